@@ -1,0 +1,2 @@
+"""Bingham distributions on unit hyperspheres and the recursive filters built on them."""
+

@@ -1,0 +1,70 @@
+"""Exceptions of the package; each message names the argument, what was expected, what came and the remedy."""
+
+from __future__ import annotations
+
+from typing import Any
+
+__all__ = ["BinghamError", "ConvergenceError", "InvalidArgumentError", "MissingExtraError", "RecordingError"]
+
+
+class BinghamError(Exception):
+    """Base class of every exception this package raises on purpose."""
+
+
+class InvalidArgumentError(BinghamError, ValueError):
+    """An argument does not satisfy its contract.
+
+    Parameters
+    ----------
+    argument : str
+        Name of the offending argument.
+    expected : str
+        What the contract asks for.
+    got : object
+        What came instead; kept in ``value``.
+    remedy : str
+        How to mend the call.
+    """
+
+    def __init__(self, argument: str, expected: str, got: Any, remedy: str = "") -> None:
+        self.argument = argument
+        self.value = got
+        super().__init__(f"{argument}: expected {expected}, got {got}" + (f"; {remedy}" if remedy else ""))
+
+
+class ConvergenceError(BinghamError, ArithmeticError):
+    """An iteration stopped before its tolerance; `reached` holds the best value so far."""
+
+    def __init__(self, what: str, reached: Any, remedy: str = "") -> None:
+        self.reached = reached
+        super().__init__(f"{what}; reached {reached}" + (f"; {remedy}" if remedy else ""))
+
+
+class RecordingError(BinghamError, ValueError):
+    """A recording cannot be read as its format promises.
+
+    Parameters
+    ----------
+    path : str
+        The file.
+    place : str
+        Line, column or field inside the file; empty when the file as a whole is at fault.
+    problem : str
+        What is wrong there.
+    remedy : str
+        How to mend the file or the call.
+    """
+
+    def __init__(self, path: Any, place: str, problem: str, remedy: str = "") -> None:
+        self.path = str(path)
+        self.place = place
+        where = f"{path}: {place}" if place else f"{path}"
+        super().__init__(f"{where}: {problem}" + (f"; {remedy}" if remedy else ""))
+
+
+class MissingExtraError(BinghamError, ImportError):
+    """An optional dependency is absent; the message names the extra that brings it."""
+
+    def __init__(self, package: str, extra: str, purpose: str) -> None:
+        super().__init__(f"{purpose} needs the package '{package}', which is not installed; "
+                         f"install it with: pip install 'bingham[{extra}]'")
