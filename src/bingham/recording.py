@@ -1,0 +1,254 @@
+"""What filters consume: recordings of an inertial sensor or of measured orientations, validated once.
+
+Times are float seconds, strictly increasing, and may be irregular. Everything else is given at those times:
+nothing is resampled or interpolated, and a row of NaN says that there is no sample at that time. Quaternions
+are Hamilton, scalar first, and turn body vectors into world vectors.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from bingham.errors import InvalidArgumentError
+
+__all__ = ["ImuRecording", "OrientationRecording"]
+
+# Rows further from unit length than float32 rounding explains are not orientations.
+UNIT_TOLERANCE = 1e-6
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class OrientationRecording:
+    """Orientations over time, each measured, estimated or true.
+
+    Parameters
+    ----------
+    name : str
+        What to call the recording in reports.
+    time : array_like, shape (N,)
+        Seconds, strictly increasing, not necessarily regular.
+    orientation : array_like, shape (N, d)
+        Unit vectors: d = 4, quaternions (w, x, y, z), body to world; d = 2, axes or headings in the plane.
+    position : array_like, shape (N, 3), optional
+        Metres, world frame; a row of NaN where unknown.
+    truth : array_like, shape (N, d), optional
+        True orientation at the same times; a row of NaN where unknown.
+    score : array_like of bool, shape (N,), optional
+        Samples that count in an error; without it all that have a truth do.
+
+    Raises
+    ------
+    InvalidArgumentError
+        If a shape, a time, a norm (beyond 1e-6) or a value does not fit.
+
+    Examples
+    --------
+    >>> r = OrientationRecording("turn", [0.0, 0.5, 0.7], [[1, 0, 0, 0], [0.6, 0, 0, 0.8], [0, 0, 0, 1]])
+    >>> r.size, r.dim, r.duration_s
+    (3, 4, 0.7)
+    """
+
+    name: str
+    time: NDArray[np.float64]
+    orientation: NDArray[np.float64]
+    position: NDArray[np.float64] | None = None
+    truth: NDArray[np.float64] | None = None
+    score: NDArray[np.bool_] | None = None
+
+    def __post_init__(self) -> None:
+        time = _times(self.time)
+        orientation = _rows("orientation", self.orientation, len(time), None, missing=False)
+        dim = orientation.shape[1]
+        if dim not in (2, 4):
+            raise InvalidArgumentError("orientation", "shape (N, 2) or (N, 4)", f"shape {orientation.shape}")
+        _unit("orientation", orientation)
+        _store(self, time=time, orientation=orientation, score=_mask(self.score, len(time)))
+        if self.position is not None:
+            _store(self, position=_rows("position", self.position, len(time), 3))
+        if self.truth is not None:
+            truth = _rows("truth", self.truth, len(time), dim)
+            _unit("truth", truth)
+            _store(self, truth=truth)
+
+    @property
+    def size(self) -> int:
+        """Number of samples N."""
+        return len(self.time)
+
+    @property
+    def dim(self) -> int:
+        """Ambient dimension d of the orientations, 2 or 4."""
+        return self.orientation.shape[1]
+
+    @property
+    def duration_s(self) -> float:
+        """Time from the first to the last sample, s."""
+        return float(self.time[-1] - self.time[0])
+
+    @property
+    def scored(self) -> NDArray[np.bool_]:
+        """Samples to compare with `truth`, shape (N,): known truth, and `score` where given."""
+        return _scored(self.truth, self.score, self.size)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ImuRecording:
+    """Gyroscope samples and what was measured beside them, on the gyroscope's clock.
+
+    A sensor with a clock or rate of its own has a row of NaN at gyroscope times that brought no new sample of it;
+    a filter updates only with rows that are there.
+
+    Parameters
+    ----------
+    name : str
+        What to call the recording in reports.
+    time : array_like, shape (N,)
+        Seconds, strictly increasing, not necessarily regular.
+    gyroscope : array_like, shape (N, 3)
+        Angular velocity of the body about its own axes, rad/s; no NaN.
+    accelerometer : array_like, shape (N, 3), optional
+        Specific force in the body frame, m/s²: at rest 9.81 upwards.
+    magnetometer : array_like, shape (N, 3), optional
+        Magnetic field in the body frame, in any one unit.
+    reference : array_like, shape (N, 4), optional
+        True orientation (w, x, y, z), body to earth, at the same times.
+    score : array_like of bool, shape (N,), optional
+        Samples that count in an error; without it all that have a reference do.
+    truth : OrientationRecording, optional
+        Ground truth that has its own clock (same zero of time).
+    earth_frame : str
+        World axes of the reference: "ENU" (east, north, up), "NED" or "NWU".
+
+    Raises
+    ------
+    InvalidArgumentError
+        If a shape, a time, a norm (beyond 1e-6) or a value does not fit.
+
+    Examples
+    --------
+    >>> r = ImuRecording("rest", [0.0, 0.01], [[0, 0, 0], [0, 0, 0]], accelerometer=[[0, 0, 9.81], [np.nan] * 3])
+    >>> r.size, r.magnetometer is None, r.accelerometer.dtype
+    (2, True, dtype('float64'))
+    """
+
+    name: str
+    time: NDArray[np.float64]
+    gyroscope: NDArray[np.float64]
+    accelerometer: NDArray[np.float64] | None = None
+    magnetometer: NDArray[np.float64] | None = None
+    reference: NDArray[np.float64] | None = None
+    score: NDArray[np.bool_] | None = None
+    truth: OrientationRecording | None = None
+    earth_frame: str = "ENU"
+
+    def __post_init__(self) -> None:
+        time = _times(self.time)
+        size = len(time)
+        _store(
+            self,
+            time=time,
+            gyroscope=_rows("gyroscope", self.gyroscope, size, 3, missing=False),
+            score=_mask(self.score, size),
+        )
+        for name in ("accelerometer", "magnetometer"):
+            if getattr(self, name) is not None:
+                _store(self, **{name: _rows(name, getattr(self, name), size, 3)})
+        if self.reference is not None:
+            reference = _rows("reference", self.reference, size, 4)
+            _unit("reference", reference)
+            _store(self, reference=reference)
+        if self.earth_frame not in ("ENU", "NED", "NWU"):
+            raise InvalidArgumentError("earth_frame", "'ENU', 'NED' or 'NWU'", repr(self.earth_frame))
+
+    @property
+    def size(self) -> int:
+        """Number of gyroscope samples N."""
+        return len(self.time)
+
+    @property
+    def duration_s(self) -> float:
+        """Time from the first to the last sample, s."""
+        return float(self.time[-1] - self.time[0])
+
+    @property
+    def scored(self) -> NDArray[np.bool_]:
+        """Samples to compare with `reference`, shape (N,): known reference, and `score` where given."""
+        return _scored(self.reference, self.score, self.size)
+
+
+def _store(recording: object, **fields: Any) -> None:
+    """Set fields of a frozen dataclass, arrays read-only."""
+    for name, value in fields.items():
+        if isinstance(value, np.ndarray):
+            value.setflags(write=False)
+        object.__setattr__(recording, name, value)
+
+
+def _floats(name: str, values: ArrayLike) -> NDArray[np.float64]:
+    """Return an own C-contiguous float64 copy."""
+    try:
+        return np.array(values, dtype=np.float64, order="C")
+    except (TypeError, ValueError):
+        raise InvalidArgumentError(name, "an array of numbers", type(values).__name__) from None
+
+
+def _times(values: ArrayLike) -> NDArray[np.float64]:
+    time = _floats("time", values)
+    if time.ndim != 1 or not len(time):
+        raise InvalidArgumentError("time", "shape (N,) with N ≥ 1", f"shape {time.shape}")
+    if not np.isfinite(time).all():
+        raise InvalidArgumentError("time", "finite seconds", f"{time[~np.isfinite(time)][0]}")
+    steps = np.diff(time)
+    if not (steps > 0).all():
+        k = int(np.argmax(steps <= 0)) + 1
+        raise InvalidArgumentError(
+            "time",
+            "strictly increasing seconds",
+            f"{time[k]} after {time[k - 1]} at index {k}",
+            "sort, drop duplicates",
+        )
+    return time
+
+
+def _rows(name: str, values: ArrayLike, size: int, width: int | None, *, missing: bool = True) -> NDArray[np.float64]:
+    """Check `size` rows of `width` numbers, each finite or, if `missing` is legal, NaN as a whole."""
+    rows = _floats(name, values)
+    if rows.ndim != 2 or rows.shape[0] != size or (width is not None and rows.shape[1] != width):
+        expected = f"shape ({size}, {'d' if width is None else width}), a row for each time"
+        raise InvalidArgumentError(name, expected, f"shape {rows.shape}")
+    legal = np.isfinite(rows).all(axis=1)
+    if missing:
+        legal |= np.isnan(rows).all(axis=1)
+    if not legal.all():
+        k = int(np.argmin(legal))
+        expected = "rows that are finite, or NaN in every column" if missing else "finite rows"
+        raise InvalidArgumentError(name, expected, f"{rows[k].tolist()} at index {k}")
+    return rows
+
+
+def _unit(name: str, rows: NDArray[np.float64]) -> None:
+    norm = np.linalg.norm(rows, axis=1)
+    off = np.abs(norm - 1) > UNIT_TOLERANCE  # False for NaN: no sample
+    if off.any():
+        k = int(np.argmax(off))
+        raise InvalidArgumentError(name, "rows of unit norm", f"norm {norm[k]:.9g} at index {k}", "normalise them")
+
+
+def _mask(values: ArrayLike | None, size: int) -> NDArray[np.bool_] | None:
+    if values is None:
+        return None
+    mask = np.array(values)
+    if mask.dtype != np.bool_ or mask.shape != (size,):
+        raise InvalidArgumentError("score", f"booleans of shape ({size},)", f"{mask.dtype} of shape {mask.shape}")
+    return mask
+
+
+def _scored(known: NDArray[np.float64] | None, score: NDArray[np.bool_] | None, size: int) -> NDArray[np.bool_]:
+    if known is None:
+        return np.zeros(size, dtype=np.bool_)
+    valid = np.isfinite(known[:, 0])
+    return valid if score is None else valid & score
