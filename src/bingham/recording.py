@@ -15,10 +15,20 @@ from numpy.typing import ArrayLike, NDArray
 
 from bingham.errors import InvalidArgumentError
 
-__all__ = ["ImuRecording", "OrientationRecording"]
+__all__ = ["ImuRecording", "OrientationRecording", "RowError"]
 
 # Rows further from unit length than float32 rounding explains are not orientations.
 UNIT_TOLERANCE = 1e-6
+
+
+class RowError(InvalidArgumentError):
+    """A row of a recording breaks the contract; a reader turns `index` into a place of its file."""
+
+    def __init__(self, argument: str, index: int, expected: str, got: str, remedy: str = "") -> None:
+        self.index = index
+        self.problem = f"expected {expected}, got {got}"
+        self.remedy = remedy
+        super().__init__(argument, expected, f"{got} at index {index}", remedy)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -200,17 +210,15 @@ def _times(values: ArrayLike) -> NDArray[np.float64]:
     time = _floats("time", values)
     if time.ndim != 1 or not len(time):
         raise InvalidArgumentError("time", "shape (N,) with N ≥ 1", f"shape {time.shape}")
-    if not np.isfinite(time).all():
-        raise InvalidArgumentError("time", "finite seconds", f"{time[~np.isfinite(time)][0]}")
+    finite = np.isfinite(time)
+    if not finite.all():
+        k = int(np.argmin(finite))
+        raise RowError("time", k, "finite seconds", f"{time[k]}", "remove the row")
     steps = np.diff(time)
     if not (steps > 0).all():
         k = int(np.argmax(steps <= 0)) + 1
-        raise InvalidArgumentError(
-            "time",
-            "strictly increasing seconds",
-            f"{time[k]} after {time[k - 1]} at index {k}",
-            "sort, drop duplicates",
-        )
+        remedy = "drop duplicates" if steps[k - 1] == 0 else "sort by time"
+        raise RowError("time", k, "strictly increasing seconds", f"{time[k]} after {time[k - 1]}", remedy)
     return time
 
 
@@ -225,8 +233,8 @@ def _rows(name: str, values: ArrayLike, size: int, width: int | None, *, missing
         legal |= np.isnan(rows).all(axis=1)
     if not legal.all():
         k = int(np.argmin(legal))
-        expected = "rows that are finite, or NaN in every column" if missing else "finite rows"
-        raise InvalidArgumentError(name, expected, f"{rows[k].tolist()} at index {k}")
+        expected = "finite numbers, or NaN in the whole row" if missing else "finite numbers"
+        raise RowError(name, k, expected, f"{rows[k].tolist()}", "remove the row or complete it")
     return rows
 
 
@@ -235,7 +243,7 @@ def _unit(name: str, rows: NDArray[np.float64]) -> None:
     off = np.abs(norm - 1) > UNIT_TOLERANCE  # False for NaN: no sample
     if off.any():
         k = int(np.argmax(off))
-        raise InvalidArgumentError(name, "rows of unit norm", f"norm {norm[k]:.9g} at index {k}", "normalise them")
+        raise RowError(name, k, "unit norm", f"norm {norm[k]:.9g}", "normalise the rows")
 
 
 def _mask(values: ArrayLike | None, size: int) -> NDArray[np.bool_] | None:
