@@ -1,1 +1,29 @@
-"""io layer."""
+"""Recordings in, tracks out: readers with errors that name file, place and remedy, and writers that leave no halves."""
+
+from bingham.io.broad import read_broad
+from bingham.io.checks import RecordingWarning
+from bingham.io.csv import read_csv, write_csv
+from bingham.io.detect import detect_format, read_recording
+from bingham.io.euroc import read_euroc
+from bingham.io.npz import read_npz, write_npz
+from bingham.io.rosbag import read_rosbag
+from bingham.io.track import read_track, write_track_csv, write_track_npz
+from bingham.io.tum import read_tum, write_tum
+
+__all__ = [
+    "RecordingWarning",
+    "detect_format",
+    "read_broad",
+    "read_csv",
+    "read_euroc",
+    "read_npz",
+    "read_recording",
+    "read_rosbag",
+    "read_track",
+    "read_tum",
+    "write_csv",
+    "write_npz",
+    "write_track_csv",
+    "write_track_npz",
+    "write_tum",
+]

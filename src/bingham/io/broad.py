@@ -1,0 +1,83 @@
+"""Trials of the BROAD benchmark in its authors' ``.mat`` and ``.hdf5`` files.
+
+Laidig, Caruso, Cereatti & Seel, "BROAD – A benchmark for robust inertial orientation estimation", Data 6(7):72, 2021.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from bingham.errors import RecordingError
+from bingham.io.checks import existing, optional_module
+from bingham.io.fields import Fields
+from bingham.recording import ImuRecording
+
+__all__ = ["read_broad"]
+
+HDF5_SIGNATURE = b"\x89HDF\r\n\x1a\n"
+
+
+def read_broad(path: str | Path) -> ImuRecording:
+    """Read a trial.
+
+    Parameters
+    ----------
+    path : str or Path
+        ``.mat`` file (any version) or ``.hdf5`` file.
+
+    Returns
+    -------
+    ImuRecording
+        Reference against ENU with y towards magnetic north, NaN where the cameras lost the sensor; `score` marks
+        samples of the movement phase with a reference; time starts at 0 s.
+
+    Raises
+    ------
+    RecordingError
+        If the file is damaged or a field is missing or malformed.
+    MissingExtraError
+        If an HDF5 file is given and h5py is not installed.
+    """
+    path = existing(path)
+    with path.open("rb") as file:
+        start = file.read(520)
+    hdf5 = HDF5_SIGNATURE in (start[:8], start[512:])  # MATLAB 7.3 puts 512 bytes of its own before it
+    fields = Fields(path, _read_hdf5(path) if hdf5 else _read_matlab(path))
+    gyroscope = fields.rows("imu_gyr", 3)
+    reference = fields.quaternions("opt_quat")
+    return fields.build(
+        ImuRecording,
+        {"gyroscope": "imu_gyr", "accelerometer": "imu_acc", "magnetometer": "imu_mag", "reference": "opt_quat"},
+        time=np.arange(len(gyroscope)) / fields.positive("sampling_rate"),
+        gyroscope=gyroscope,
+        accelerometer=fields.rows("imu_acc", 3),
+        magnetometer=fields.rows("imu_mag", 3),
+        reference=reference,
+        score=fields.flags("movement") & np.isfinite(reference).all(axis=1),
+    )
+
+
+def _read_matlab(path: Path) -> Mapping[str, Any]:
+    from scipy.io import loadmat
+
+    try:
+        return loadmat(path)
+    except Exception as error:  # scipy raises whatever its parser stumbles over
+        raise RecordingError(path, "", f"not a readable MATLAB file ({error})", "copy or download it again") from error
+
+
+def _read_hdf5(path: Path) -> Mapping[str, Any]:
+    h5py = optional_module("h5py", "reading HDF5 files")
+    try:
+        with h5py.File(path, "r") as file:
+            content = {name: np.asarray(item) for name, item in file.items() if isinstance(item, h5py.Dataset)}
+            content.update({name: np.asarray(value) for name, value in file.attrs.items()})
+    except (OSError, RuntimeError, ValueError) as error:
+        raise RecordingError(path, "", f"not a readable HDF5 file ({error})", "copy or download it again") from error
+    if path.suffix == ".mat":  # MATLAB stores arrays column by column
+        content = {name: value.T for name, value in content.items()}
+    return content

@@ -1,0 +1,125 @@
+"""What every reader shares: turning a broken contract into an error that names file, place and remedy."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable
+from importlib import import_module
+from pathlib import Path
+from typing import Any, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bingham.errors import InvalidArgumentError, MissingExtraError, RecordingError
+from bingham.recording import ImuRecording, OrientationRecording, RowError
+
+__all__ = [
+    "Place",
+    "RecordingWarning",
+    "build",
+    "existing",
+    "normalised",
+    "note",
+    "optional_module",
+    "time_from_nanoseconds",
+]
+
+# Where a file keeps row `index` of a recording's field: (field, index) -> "line 12, columns gx gy gz".
+Place = Callable[[str, int], str]
+
+R = TypeVar("R", ImuRecording, OrientationRecording)
+
+# Text files round quaternions to as few as four decimals; a wrong column order is much further off.
+QUATERNION_TOLERANCE = 1e-3
+# Deviations up to this are float32 rounding and not worth a warning; up to the next, float64 rounding.
+SINGLE_ROUNDING = 1e-6
+DOUBLE_ROUNDING = 1e-12
+
+
+class RecordingWarning(UserWarning):
+    """Something in a recording was put right or left out; the message says what and how much."""
+
+
+def note(message: str) -> None:
+    """Warn the user about a recording."""
+    warnings.warn(message, RecordingWarning, stacklevel=3)
+
+
+def existing(path: str | Path, *, folder: bool = False) -> Path:
+    """Return `path` if it is a file (or a folder) that holds something.
+
+    Raises
+    ------
+    RecordingError
+        If it does not exist, is of the other kind or is empty.
+    """
+    path = Path(path)
+    if not path.exists():
+        raise RecordingError(path, "", "no such file or folder", "check the path")
+    if folder != path.is_dir():
+        got, wanted = ("a file", "a folder") if folder else ("a folder", "a file")
+        raise RecordingError(path, "", f"{got}, where {wanted} is expected", f"give the path of {wanted}")
+    if not folder and path.stat().st_size == 0:
+        raise RecordingError(path, "", "the file is empty", "record or copy it again")
+    return path
+
+
+def build(kind: type[R], path: Path, place: Place, **fields: Any) -> R:
+    """Make a recording named after its file; what the recording type refuses becomes a `RecordingError`."""
+    arguments: dict[str, Any] = {"name": path.stem} | fields
+    try:
+        return kind(**arguments)
+    except RowError as error:
+        raise RecordingError(path, place(error.argument, error.index), error.problem, error.remedy) from None
+    except InvalidArgumentError as error:
+        raise RecordingError(path, "", str(error), "check that the file is complete") from None
+
+
+def normalised(
+    path: Path, name: str, rows: NDArray[np.float64], place: Place, *, rounding: float = SINGLE_ROUNDING
+) -> NDArray[np.float64]:
+    """Return quaternions q/‖q‖ if |‖q‖ − 1| ≤ 1e-3; rows of NaN stay, rows exact to 1e-12 are left as they are.
+
+    Warns
+    -----
+    RecordingWarning
+        If a deviation is beyond what the format's `rounding` explains, naming the largest.
+
+    Raises
+    ------
+    RecordingError
+        If a deviation exceeds 1e-3.
+    """
+    with np.errstate(over="ignore"):
+        norm = np.linalg.norm(rows, axis=1)
+    deviation = np.nan_to_num(np.abs(norm - 1), nan=0.0)
+    if not deviation.size or deviation.max() <= DOUBLE_ROUNDING:
+        return rows
+    worst = int(np.argmax(deviation))
+    largest = deviation[worst]
+    if largest > QUATERNION_TOLERANCE:
+        raise RecordingError(
+            path,
+            place(name, worst),
+            f"quaternion of norm {norm[worst]:.6g}",
+            f"unit norm within {QUATERNION_TOLERANCE:g} is expected: check the columns and their order",
+        )
+    if largest > rounding:
+        where = place(name, worst)
+        note(f"{path}: quaternions normalised; largest deviation from unit norm {largest:.2g} at {where}")
+    return rows / norm[:, None]
+
+
+def time_from_nanoseconds(stamps: NDArray[np.int64]) -> NDArray[np.float64]:
+    """Seconds from integer nanoseconds, rounded once (2.4e-7 s for stamps since 1970)."""
+    whole, rest = np.divmod(stamps, 1_000_000_000)
+    return whole + rest * 1e-9
+
+
+def optional_module(name: str, purpose: str) -> Any:
+    """Import a module of the extra ``io``; if it is absent say how to install it."""
+    try:
+        return import_module(name)
+    except ImportError:
+        raise MissingExtraError(name.partition(".")[0], "io", purpose) from None

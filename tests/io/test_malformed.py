@@ -1,0 +1,309 @@
+"""Malformed input of every reader: one line that names the file, the place and the remedy."""
+
+import sys
+
+import numpy as np
+import pytest
+
+from bingham.errors import InvalidArgumentError, MissingExtraError, RecordingError
+from bingham.io import (
+    RecordingWarning,
+    read_broad,
+    read_csv,
+    read_euroc,
+    read_npz,
+    read_recording,
+    read_tum,
+)
+
+CSV = "t,gx,gy,gz,ax,ay,az,qw,qx,qy,qz\n0.0,1,2,3,0,0,9.8,1,0,0,0\n0.1,1,2,3,0,0,9.8,1,0,0,0\n"
+TUM = "# a comment\n0.0 1 2 3 0 0 0 1\n0.1 1 2 3 0 0 0 1\n"
+IMU = (
+    "#timestamp [ns],w_RS_S_x [rad s^-1],w_RS_S_y [rad s^-1],w_RS_S_z [rad s^-1],"
+    "a_RS_S_x [m s^-2],a_RS_S_y [m s^-2],a_RS_S_z [m s^-2]\n"
+    "1403636579758555392,1,2,3,0,0,9.8\n1403636579763555584,1,2,3,0,0,9.8\n"
+)
+TRUTH = (
+    "#timestamp, p_RS_R_x [m], p_RS_R_y [m], p_RS_R_z [m], q_RS_w [], q_RS_x [], q_RS_y [], q_RS_z []\n"
+    "1403636579758555392,1,2,3,1,0,0,0\n1403636579763555584,1,2,3,1,0,0,0\n"
+)
+TEXTS = [
+    # reader, text, what to replace, by what, place, problem
+    (read_csv, CSV, "gy", "wy", "line 1", "no column gy for the gyroscope"),
+    (read_csv, CSV, "t,", "x,", "line 1", "no column t"),
+    (read_csv, CSV, "t,gx", "t,t,gx", "line 1", "both mean t"),
+    (read_csv, CSV, "gx,gy,gz,", "", "line 1", "accelerometer without gx"),
+    (read_csv, CSV, "qw", "ref_qw", "line 1", "no column qw"),
+    (read_csv, CSV, "ax,", "ax [furlong],", "line 1", "unknown unit"),
+    (read_csv, CSV, "0.1,1,2", "0.1,1,nan", "line 3, columns gx gy gz", "finite"),
+    (read_csv, CSV, "0.1,1,2", "0.1,1,", "line 3, columns gx gy gz", "finite"),
+    (read_csv, CSV, "0.1,1,2", "0.1,1,two", "line 3, column gy", "'two' is not a number"),
+    (read_csv, CSV, "0.1", "", "line 3, column t", "finite seconds"),
+    (read_csv, CSV, "0.1", "-0.1", "line 3, column t", "strictly increasing"),
+    (read_csv, CSV, "0.1", "0.0", "line 3, column t", "drop duplicates"),
+    (read_csv, CSV, "9.8,1,0,0,0\n0.1", "9.8,1,0.1,0,0\n0.1", "line 2, columns qw qx qy qz", "norm 1.00499"),
+    (read_csv, CSV, "9.8,1,0,0,0\n0.1", "9.8,1,,0,0\n0.1", "line 2, columns qw qx qy qz", "whole row"),
+    (read_csv, CSV, "9.8,1,0,0,0\n0.1", "9.8,0,0,0,0\n0.1", "line 2, columns qw qx qy qz", "norm 0"),
+    (read_csv, CSV, "0.1,1,2,3,0,0,9.8,1,0,0,0\n", "0.1,1,2", "line 3", "3 columns where 11.*cut off"),
+    (read_csv, CSV, CSV[CSV.index("\n") :], "\n", "", "no rows"),
+    (read_tum, TUM, "0 0 0 1\n0.1", "0 0 1\n0.1", "line 2", "7 columns where 8"),
+    (read_tum, TUM, "0.1 1", "0.1 one", "line 3, column tx", "'one' is not a number"),
+    (read_tum, TUM, "0.1 1 2 3 0", "0.1 1 2 3 nan", "line 3, columns qw qx qy qz", "finite"),
+    (read_tum, TUM, "0.1 1 2 3 0", "nan 1 2 3 0", "line 3, column time", "finite"),
+    (read_tum, TUM, "0.1 1 2 3 0", "0.1 1 2 3 0.1", "line 3, columns qw qx qy qz", "norm 1.00499"),
+    (read_tum, TUM, "0.1", "-1", "line 3, column time", "sort"),
+    (read_tum, TUM, "0.1", "0.0", "line 3, column time", "drop duplicates"),
+    (read_tum, TUM, "0.1 1 2 3 0 0 0 1", "0.1 1 2", "line 3", "cut off"),
+    (read_tum, TUM, TUM[TUM.index("\n") :], "\n", "", "no rows"),
+    (read_euroc, IMU, "w_RS_S_y", "w_RS_S_u", "line 1", "no column w_RS_S_y"),
+    (read_euroc, IMU, "timestamp", "stamp", "line 1", "no column timestamp"),
+    (read_euroc, IMU, "1403636579763555584,1", "1403636579763555584,nan", "line 3, columns w_RS_S_x", "finite"),
+    (read_euroc, IMU, "1403636579763555584", "1403636579.76", "line 3, column timestamp", "not an integer"),
+    (read_euroc, IMU, "1403636579763555584", "1403636579000000000", "line 3, column timestamp", "sort"),
+    (read_euroc, IMU, "1403636579763555584", "1403636579758555392", "line 3, column timestamp", "duplicates"),
+    (read_euroc, IMU, "1403636579763555584", "9" * 30, "line 3, column timestamp", "not an integer"),
+    (read_euroc, IMU, ",3,0,0,9.8\n1403636579763555584,1,2,3,0,0,9.8", ",3,0,0,9.8\n14036", "line 3", "cut off"),
+    (read_euroc, TRUTH, "q_RS_w", "q_w", "line 1", "no column q_RS_w"),
+    (
+        read_euroc,
+        TRUTH,
+        "3,1,0,0,0\n1403636579763555584",
+        "3,1,0,0,1\n1403636579763555584",
+        "line 2, columns q",
+        "norm",
+    ),
+    (
+        read_euroc,
+        TRUTH,
+        "3,1,0,0,0\n1403636579763555584",
+        "3,nan,0,0,1\n1403636579763555584",
+        "line 2, columns q",
+        "fin",
+    ),
+]
+
+
+def refused(read, file, place, problem):
+    """Read; the error must be one line with file, place, problem and a remedy."""
+    with pytest.raises(RecordingError, match=problem) as caught:
+        read(file)
+    message = str(caught.value)
+    assert "\n" not in message
+    assert message.startswith(f"{file}: {place}")
+    assert "; " in message  # before the remedy
+    assert caught.value.path == str(file)
+
+
+@pytest.mark.filterwarnings("ignore::bingham.io.RecordingWarning")
+@pytest.mark.parametrize(("read", "text", "old", "new", "place", "problem"), TEXTS)
+def test_text(tmp_path, read, text, old, new, place, problem):
+    file = tmp_path / "file.txt"
+    file.write_text(text)
+    read(file)  # is fine as it stands
+    assert old in text
+    file.write_text(text.replace(old, new, 1))
+    refused(read, file, place, problem)
+
+
+@pytest.mark.parametrize("read", [read_csv, read_tum, read_euroc, read_broad, read_npz, read_recording])
+def test_empty_binary_and_absent_files(tmp_path, read):
+    file = tmp_path / "file.csv"
+    refused(read, file, "", "no such file")
+    file.write_bytes(b"")
+    refused(read, file, "", "empty")
+    file.write_bytes(b"\xff\xfe\x00\x01" * 50)
+    refused(read, file, "", None)
+    folder = tmp_path / "folder"
+    folder.mkdir()
+    refused(read, folder, "", None)
+
+
+def test_rounded_quaternions_are_normalised_with_a_warning(tmp_path):
+    file = tmp_path / "file.txt"
+    file.write_text("0 1 2 3 0 0 0 1\n1 1 2 3 0.5 0.5 0.5 0.5005\n2 1 2 3 0.7071 0 0 0.7071\n")
+    with pytest.warns(RecordingWarning, match=r"largest deviation from unit norm 0\.00025 at line 2, columns qw"):
+        recording = read_tum(file)
+    np.testing.assert_allclose(np.linalg.norm(recording.orientation, axis=1), 1, atol=1e-15)
+    file.write_text("0 1 2 3 0 0 0 1.00101\n")
+    refused(read_tum, file, "line 1", "norm 1.00101")
+
+
+def broad():
+    n = 6
+    return {
+        "imu_gyr": np.ones((n, 3)),
+        "imu_acc": np.ones((n, 3)),
+        "imu_mag": np.ones((n, 3)),
+        "opt_quat": np.tile([1.0, 0, 0, 0], (n, 1)),
+        "movement": np.ones(n),
+        "sampling_rate": 100.0,
+    }
+
+
+def plain():
+    return {"t": np.arange(6) / 10, "meas": np.tile([1.0, 0, 0, 0], (6, 1)), "truth": np.tile([0, 1.0, 0, 0], (6, 1))}
+
+
+def trial():
+    n = 6
+    reference = np.zeros((n, 4), dtype=np.int16)
+    reference[2:, 0] = 32767
+    return {"rate": 100.0, "gyr": np.ones((n, 3)), "acc": np.ones((n, 3)), "ref_i16": reference, "score": [True] * n}
+
+
+def trajectory():
+    return {"t0": 5.0, "t": np.arange(6) / 10, "quat": np.tile([1.0, 0, 0, 0], (6, 1)), "pos": np.ones((6, 3))}
+
+
+def save_mat(file, content):
+    from scipy.io import savemat
+
+    savemat(file, content, do_compression=True)
+
+
+def save_hdf5(file, content, *, transpose=False):
+    h5py = pytest.importorskip("h5py")
+    with h5py.File(file, "w", userblock_size=512 if transpose else 0) as archive:
+        for name, value in content.items():
+            if np.ndim(value):
+                archive[name] = np.atleast_2d(value).T if transpose else value
+            elif transpose:
+                archive[name] = [[value]]
+            else:
+                archive.attrs[name] = value
+
+
+def save_mat73(file, content):
+    save_hdf5(file, content, transpose=True)
+
+
+def save_npz(file, content):
+    np.savez_compressed(file, **content)
+
+
+BINARY = [
+    (read_broad, "x.mat", save_mat, broad, "imu_gyr", "imu_mag", "opt_quat"),
+    (read_broad, "x.mat", save_mat73, broad, "imu_gyr", "imu_mag", "opt_quat"),
+    (read_broad, "x.hdf5", save_hdf5, broad, "imu_gyr", "imu_mag", "opt_quat"),
+    (read_npz, "x.npz", save_npz, plain, "meas", "truth", "truth"),
+    (read_npz, "x.npz", save_npz, trial, "gyr", "acc", "ref_i16"),
+    (read_npz, "x.npz", save_npz, trajectory, "quat", "pos", "quat"),
+]
+
+
+def changed(values, index, value):
+    values = np.array(values, dtype=float)
+    values[index] = value
+    return values
+
+
+@pytest.mark.parametrize(("read", "name", "save", "content", "main", "other", "quaternion"), BINARY)
+def test_binary(tmp_path, read, name, save, content, main, other, quaternion):
+    file = tmp_path / name
+    good = content()
+
+    def refuse(change, place, problem):
+        save(file, good | change)
+        refused(read, file, place, problem)
+
+    save(file, good)
+    assert read(file).size == 6
+    whole = file.read_bytes()
+    for keep in (len(whole) // 3, len(whole) - 40):
+        file.write_bytes(whole[:keep])
+        refused(read, file, "", None)
+    save(file, {k: v for k, v in good.items() if k != main})
+    refused(read, file, "", "is missing|no known recording")
+    refuse({main: np.array(good[main])[:, :2]}, f"field {main}", r"shape \(6, 2\)")
+    refuse({main: np.array(good[main])[:0]}, f"field {main}", None)
+    refuse({main: changed(good[main], (3, 1), np.nan)}, f"field {main}, index 3", "finite")
+    refuse({other: np.array(good[other])[:4]}, f"field {other}", "4 rows beside 6 times")
+    refuse({other: changed(good[other], (3, 1), np.nan)}, f"field {other}, index 3", "whole row")
+    refuse({quaternion: 1.002 * np.array(good[quaternion])}, f"field {quaternion}, index", "norm")
+    if name.endswith("npz"):
+        refuse({main: np.full((6, 3), "text")}, f"field {main}", "of type <U4")
+        save(file, good | {main: np.full((6, 3), None)})
+        refused(read, file, "", "not a readable npz")
+
+
+@pytest.mark.parametrize("content", [plain, trajectory])
+def test_times_of_archives(tmp_path, content):
+    file = tmp_path / "x.npz"
+    for index, value, problem in ((3, np.nan, "finite"), (3, 0.2, "drop duplicates"), (3, 0.1, "sort")):
+        save_npz(file, content() | {"t": changed(content()["t"], index, value)})
+        refused(read_npz, file, "field t", problem)
+
+
+@pytest.mark.parametrize(
+    ("change", "place"),
+    [
+        ({"rate": 0.0}, "field rate"),
+        ({"rate": np.array([1.0, 2.0])}, "field rate"),
+        ({"score": np.full(6, 2)}, "field score, index 0"),
+        ({"mocap_quat": np.tile([1.0, 0, 0, 0], (6, 1))}, "field mocap_t"),
+    ],
+)
+def test_fields_of_trials(tmp_path, change, place):
+    save_npz(tmp_path / "x.npz", trial() | change)
+    refused(read_npz, tmp_path / "x.npz", place, None)
+
+
+def test_lost_references_are_legal_in_broad(tmp_path):
+    content = broad()
+    content["opt_quat"][1:3] = np.nan
+    save_mat(tmp_path / "x.mat", content)
+    recording = read_broad(tmp_path / "x.mat")
+    assert recording.scored.tolist() == [True, False, False, True, True, True]
+
+
+def test_mended_files_of_the_wrong_kind(tmp_path):
+    np.save(tmp_path / "x.npy", np.eye(3))
+    refused(read_npz, tmp_path / "x.npy", "", "not an npz archive")
+    save_npz(tmp_path / "y.npz", {"format": "bingham-imu-9"})
+    refused(read_npz, tmp_path / "y.npz", "field format", "bingham-imu-9")
+    save_npz(tmp_path / "z.npz", {"format": "bingham-imu-1", "gyroscope": np.ones((2, 3))})
+    refused(read_npz, tmp_path / "z.npz", "field time", "missing")
+
+
+def test_folders_and_unknown_files(tmp_path):
+    refused(read_recording, tmp_path, "", "neither a ROS 2 bag nor an EuRoC sequence")
+    (tmp_path / "mav0").mkdir()
+    refused(read_recording, tmp_path, "", "no mav0/imu0/data.csv")
+    file = tmp_path / "notes"
+    file.write_text("dear diary\n")
+    refused(read_recording, file, "line 1", "no known format.*supported: CSV")
+    with pytest.raises(InvalidArgumentError, match="csv, tum"):
+        read_recording(file, format="xml")
+    with pytest.raises(InvalidArgumentError, match="deg_s"):
+        file.write_text(CSV)
+        read_csv(file, units={"gyroscope": "rpm"})
+    with pytest.raises(InvalidArgumentError, match="file has"):
+        read_csv(file, columns={"t": "clock"})
+
+
+def test_euroc_sequences_bring_their_truth(tmp_path):
+    for folder, text in (("imu0", IMU), ("state_groundtruth_estimate0", TRUTH)):
+        (tmp_path / "V1_01" / "mav0" / folder).mkdir(parents=True)
+        (tmp_path / "V1_01" / "mav0" / folder / "data.csv").write_text(text)
+    recording = read_recording(tmp_path / "V1_01")
+    assert recording.name == "V1_01"
+    assert recording.time[1] - recording.time[0] == pytest.approx(0.005, abs=1e-6)
+    assert recording.time[0] == pytest.approx(1403636579.758555392, rel=1e-15)
+    np.testing.assert_array_equal(recording.truth.orientation, [[1, 0, 0, 0]] * 2)
+    np.testing.assert_array_equal(recording.accelerometer[1], [0, 0, 9.8])
+    assert read_recording(tmp_path / "V1_01" / "mav0").name == "V1_01"
+    assert read_recording(tmp_path / "V1_01" / "mav0" / "imu0" / "data.csv").truth is None
+    (tmp_path / "V1_01" / "mav0" / "imu0" / "data.csv").write_text(TRUTH)
+    with pytest.raises(RecordingError, match="no gyroscope columns"):
+        read_recording(tmp_path / "V1_01")
+
+
+def test_an_absent_extra_names_itself(tmp_path, monkeypatch):
+    save_hdf5(tmp_path / "x.hdf5", broad())
+    monkeypatch.setitem(sys.modules, "h5py", None)
+    with pytest.raises(MissingExtraError, match=r"'h5py'.*bingham\[io\]"):
+        read_broad(tmp_path / "x.hdf5")
+    monkeypatch.setitem(sys.modules, "rosbags.highlevel", None)
+    (tmp_path / "x.bag").write_text("#ROSBAG V2.0\n")
+    with pytest.raises(MissingExtraError, match=r"'rosbags'.*bingham\[io\]"):
+        read_recording(tmp_path / "x.bag")

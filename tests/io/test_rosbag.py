@@ -1,0 +1,188 @@
+"""ROS 1 and ROS 2 bags, written by the rosbags package and read back."""
+
+import numpy as np
+import pytest
+
+from bingham.errors import InvalidArgumentError, RecordingError
+from bingham.io import RecordingWarning, detect_format, read_recording
+
+pytest.importorskip("rosbags")
+
+RATE = 200
+RNG = np.random.default_rng(0)
+START = 1_700_000_000_000_000_000
+STAMPS = START + np.arange(60) * 5_000_000 + RNG.integers(-400_000, 400_000, 60)
+GYRO = RNG.standard_normal((60, 3))
+FORCE = RNG.standard_normal((60, 3))
+FIELD_STAMPS = STAMPS[1::4] + 300_000  # slower, and late
+FIELD = RNG.standard_normal((15, 3)) * 1e-5
+DELAY = 7_000_000  # from measurement to recording
+
+
+class Bag:
+    """One bag on disk, of any of the kinds."""
+
+    def __init__(self, kind, path):
+        from rosbags.rosbag1 import Writer as Writer1
+        from rosbags.rosbag2 import StoragePlugin
+        from rosbags.rosbag2 import Writer as Writer2
+        from rosbags.typesys import Stores, get_typestore
+
+        self.ros1 = kind == "bag"
+        self.store = get_typestore(Stores.ROS1_NOETIC if self.ros1 else Stores.ROS2_HUMBLE)
+        self.path = path / ("x.bag" if self.ros1 else "x")
+        if self.ros1:
+            self.writer = Writer1(self.path)
+        else:
+            plugin = StoragePlugin.MCAP if "mcap" in kind else StoragePlugin.SQLITE3
+            self.writer = Writer2(self.path, version=9, storage_plugin=plugin)
+
+    def __enter__(self):
+        self.writer.open()
+        self.connections = {}
+        return self
+
+    def __exit__(self, *_):
+        self.writer.close()
+
+    def write(self, topic, name, stamp, **fields):
+        types = self.store.types
+        time = types["builtin_interfaces/msg/Time"](sec=int(stamp // 10**9), nanosec=int(stamp % 10**9))
+        sequence = {"seq": 0} if self.ros1 else {}
+        header = types["std_msgs/msg/Header"](stamp=time, frame_id="imu", **sequence)
+        kind = f"sensor_msgs/msg/{name}"
+        if topic not in self.connections:
+            self.connections[topic] = self.writer.add_connection(topic, kind, typestore=self.store)
+        message = types[kind](header=header, **fields)
+        serialize = self.store.serialize_ros1 if self.ros1 else self.store.serialize_cdr
+        self.writer.write(self.connections[topic], int(stamp + DELAY), serialize(message, kind))
+
+    def vector(self, values):
+        return self.store.types["geometry_msgs/msg/Vector3"](*map(float, values))
+
+    def imu(self, topic, stamp, gyro, force, gyro_covariance=0.0, force_covariance=0.0):
+        zero = np.zeros(9)
+        self.write(
+            topic,
+            "Imu",
+            stamp,
+            orientation=self.store.types["geometry_msgs/msg/Quaternion"](x=0.0, y=0.0, z=0.0, w=1.0),
+            orientation_covariance=zero,
+            angular_velocity=self.vector(gyro),
+            angular_velocity_covariance=zero + gyro_covariance,
+            linear_acceleration=self.vector(force),
+            linear_acceleration_covariance=zero + force_covariance,
+        )
+
+    def field(self, topic, stamp, field):
+        vector = self.vector(field)
+        self.write(topic, "MagneticField", stamp, magnetic_field=vector, magnetic_field_covariance=np.zeros(9))
+
+
+def write(kind, path, *, imu_topics=("/imu",), field_topics=("/mag",), stamps=STAMPS, **absent):
+    with Bag(kind, path) as bag:
+        for topic in imu_topics:
+            for stamp, gyro, force in zip(stamps, GYRO, FORCE, strict=True):
+                bag.imu(topic, stamp, gyro, force, **absent)
+        for topic in field_topics:
+            for stamp, field in zip(FIELD_STAMPS, FIELD, strict=True):
+                bag.field(topic, stamp, field)
+        temperature = {"temperature": 20.0, "variance": 0.0}
+        bag.write("/temperature", "Temperature", STAMPS[0], **temperature)  # not of interest
+    return bag.path
+
+
+KINDS = ["bag", "sqlite", "mcap"]
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_bags_come_back(tmp_path, kind):
+    path = write(kind, tmp_path)
+    assert detect_format(path) == "rosbag"
+    recording = read_recording(path)
+    np.testing.assert_allclose(recording.time, STAMPS / 1e9, rtol=0, atol=3e-7)
+    np.testing.assert_array_equal(recording.gyroscope, GYRO)
+    np.testing.assert_array_equal(recording.accelerometer, FORCE)
+    there = np.isfinite(recording.magnetometer[:, 0])
+    np.testing.assert_array_equal(np.flatnonzero(there), np.arange(1, 60, 4))
+    np.testing.assert_array_equal(recording.magnetometer[there], FIELD)
+    late = read_recording(path, stamps="bag")
+    np.testing.assert_allclose(late.time - recording.time, DELAY / 1e9, atol=5e-7)
+
+
+@pytest.mark.parametrize(("kind", "ending"), [("sqlite", ".db3"), ("mcap", ".mcap")])
+def test_single_files_of_ros2(tmp_path, kind, ending):
+    write(kind, tmp_path)
+    (file,) = tmp_path.glob(f"x/*{ending}")
+    np.testing.assert_array_equal(read_recording(file).gyroscope, GYRO)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_topics_are_chosen_or_asked_for(tmp_path, kind):
+    path = write(kind, tmp_path, imu_topics=("/front/imu", "/rear/imu"))
+    with pytest.raises(RecordingError, match=r"several topics.*/front/imu /rear/imu; choose one by imu_topic="):
+        read_recording(path)
+    assert read_recording(path, imu_topic="/rear/imu").size == 60
+    with pytest.raises(RecordingError, match=r"topic /no: no .* messages; .* /front/imu /rear/imu"):
+        read_recording(path, imu_topic="/no")
+    with pytest.raises(InvalidArgumentError, match="'header' or 'bag'"):
+        read_recording(path, imu_topic="/rear/imu", stamps="message")
+
+
+def test_no_magnetometer_no_accelerometer_no_gyroscope(tmp_path):
+    for folder in "abc":
+        (tmp_path / folder).mkdir()
+    path = write("sqlite", tmp_path / "a", field_topics=(), force_covariance=-1.0)
+    recording = read_recording(path)
+    assert recording.magnetometer is None
+    assert recording.accelerometer is None
+    path = write("bag", tmp_path / "b", gyro_covariance=-1.0)
+    with pytest.raises(RecordingError, match="topic /imu: its driver says it has no gyroscope"):
+        read_recording(path)
+    path = write("bag", tmp_path / "c", imu_topics=())
+    with pytest.raises(RecordingError, match=r"no topic of sensor_msgs/msg/Imu; topics in the bag: /mag .* /temperature"):
+        read_recording(path)
+
+
+def test_field_samples_without_a_gyroscope_time_are_counted(tmp_path):
+    stamps = STAMPS.copy()
+    stamps[30:] += 2_000_000_000  # a gap that the magnetometer does not have
+    path = write("bag", tmp_path, stamps=stamps)
+    with pytest.warns(RecordingWarning, match="topic /mag: 7 of 15 samples left out"):
+        recording = read_recording(path)
+    assert np.isfinite(recording.magnetometer[:, 0]).sum() == 8
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_times_must_increase(tmp_path, kind):
+    stamps = STAMPS.copy()
+    stamps[10] = stamps[9]
+    path = write(kind, tmp_path, stamps=stamps)
+    with pytest.raises(
+        RecordingError, match=r"topic /imu, message 11: expected strictly increasing.*; drop duplicates"
+    ):
+        read_recording(path)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("part", [0.0, 0.02, 0.5, 0.95])
+def test_damaged_bags(tmp_path, kind, part):
+    path = write(kind, tmp_path)
+    file = path if kind == "bag" else next(f for f in path.iterdir() if f.suffix in (".db3", ".mcap"))
+    whole = file.read_bytes()
+    file.write_bytes(whole[: int(part * len(whole))])
+    with pytest.raises(RecordingError) as caught:
+        read_recording(path)
+    message = str(caught.value)
+    assert message.startswith(f"{path}: ")
+    assert "; " in message
+    assert "\n" not in message
+
+
+def test_nan_in_a_message(tmp_path, monkeypatch):
+    gyro = GYRO.copy()
+    gyro[20, 1] = np.nan
+    monkeypatch.setitem(globals(), "GYRO", gyro)
+    path = write("bag", tmp_path)
+    with pytest.raises(RecordingError, match="topic /imu, message 21: expected finite numbers"):
+        read_recording(path)

@@ -1,0 +1,184 @@
+"""What is written comes back bit by bit, and nothing is left half written."""
+
+import numpy as np
+import pytest
+
+from bingham.errors import InvalidArgumentError, RecordingError
+from bingham.io import (
+    RecordingWarning,
+    read_csv,
+    read_npz,
+    read_recording,
+    read_track,
+    read_tum,
+    write_csv,
+    write_npz,
+    write_track_csv,
+    write_track_npz,
+    write_tum,
+)
+from bingham.io.atomic import replaced
+from bingham.recording import ImuRecording, OrientationRecording
+
+
+def planar():
+    angle = np.linspace(0, 3, 7)
+    axes = np.column_stack([np.cos(angle), np.sin(angle)])
+    return OrientationRecording("plane", angle, axes, truth=axes, score=angle > 1)
+
+
+@pytest.mark.parametrize("which", ["imu", "orientations", "planar"])
+@pytest.mark.parametrize(("write", "ending"), [(write_csv, "csv"), (write_npz, "npz")])
+def test_recordings_come_back(request, tmp_path, same, which, write, ending):
+    recording = planar() if which == "planar" else request.getfixturevalue(which)
+    file = tmp_path / f"{recording.name}.{ending}"
+    write(file, recording)
+    same(read_recording(file), recording, without=())
+    assert [p.name for p in tmp_path.iterdir()] == [file.name]
+
+
+def test_truth_on_its_own_clock_needs_npz(imu, orientations, tmp_path, same):
+    with_truth = ImuRecording("x", imu.time, imu.gyroscope, truth=orientations, earth_frame="NED")
+    write_npz(tmp_path / "x.npz", with_truth)
+    same(read_npz(tmp_path / "x.npz"), with_truth, without=())
+    with pytest.raises(InvalidArgumentError, match="npz"):
+        write_csv(tmp_path / "x.csv", with_truth)
+
+
+def test_tum_comes_back(orientations, tmp_path):
+    file = tmp_path / "poses.txt"
+    write_tum(file, time=orientations.time, orientation=orientations.orientation, position=orientations.position)
+    back = read_tum(file)
+    for name in ("time", "position", "orientation"):
+        np.testing.assert_array_equal(getattr(back, name), getattr(orientations, name))
+    line = [float(cell) for cell in file.read_text().splitlines()[1].split()]
+    assert line[7] == orientations.orientation[0, 0]  # scalar last in the file
+    write_tum(file, time=orientations.time, orientation=orientations.orientation)
+    assert not read_tum(file).position.any()
+
+
+def track(size=20):
+    rng = np.random.default_rng(3)
+    modes = rng.standard_normal((size, 4))
+    modes /= np.linalg.norm(modes, axis=1, keepdims=True)
+    z = np.sort(-rng.random((size, 4)) * 1e3)
+    z[:, -1] = 0
+    covariance = rng.standard_normal((size, 3, 3))
+    covariance = covariance @ covariance.transpose(0, 2, 1)
+    covariance[4] = np.nan
+    accepted = rng.random(size) < 0.9
+    return {
+        "time": np.cumsum(rng.random(size)),
+        "modes": modes,
+        "covariance": covariance,
+        "covariance_frame": "body",
+        "concentrations": z,
+        "log_evidence": rng.standard_normal(size),
+        "accepted": accepted,
+        "reason": np.where(accepted, "", "norm, dip"),
+    }
+
+
+def test_track_csv_states_frame_and_reads_as_orientations(tmp_path):
+    written = track()
+    file = tmp_path / "track.csv"
+    write_track_csv(file, **written)
+    lines = file.read_text().splitlines()
+    assert any(line.startswith("#") and "frame: body" in line and "rad^2" in line for line in lines)
+    header = next(line for line in lines if not line.startswith("#")).split(",")
+    assert header == [
+        *("time_s", "qw", "qx", "qy", "qz", "cov_xx", "cov_xy", "cov_xz", "cov_yy", "cov_yz", "cov_zz"),
+        *("z1", "z2", "z3", "z4", "log_evidence", "accepted", "reason"),
+    ]
+    back = read_recording(file)
+    np.testing.assert_array_equal(back.time, written["time"])
+    np.testing.assert_array_equal(back.orientation, written["modes"])
+    second = lines[-19].split(",")
+    assert float(second[6]) == written["covariance"][1, 0, 1]
+
+
+def test_track_npz_keeps_every_bit(tmp_path):
+    rng = np.random.default_rng(4)
+    written = track() | {
+        "matrices": rng.standard_normal((20, 4, 4)),
+        "state_z": np.array([-5e-324, -1 / 3, -1e-17, 0.0]),
+        "state_M": rng.standard_normal((4, 4)),
+    }
+    write_track_npz(tmp_path / "one.npz", **written)
+    back = read_track(tmp_path / "one.npz")
+    assert back.keys() == written.keys()
+    for name, value in written.items():
+        np.testing.assert_array_equal(back[name], value, err_msg=name)
+    write_track_npz(tmp_path / "two.npz", **back)
+    assert (tmp_path / "one.npz").read_bytes() == (tmp_path / "two.npz").read_bytes()
+    with pytest.raises(RecordingError, match="bingham-track-1"):
+        read_npz(tmp_path / "one.npz")
+
+
+def test_tracks_of_wrong_shape_are_refused(tmp_path):
+    file = tmp_path / "track.csv"
+    for change in (
+        {"covariance_frame": None},
+        {"modes": np.zeros((20, 3))},
+        {"log_evidence": np.zeros(3)},
+        {"accepted": [True]},
+        {"concentrations": np.zeros((20, 2))},
+    ):
+        with pytest.raises(InvalidArgumentError, match=next(iter(change))):
+            write_track_csv(file, **(track() | change))
+    with pytest.raises(InvalidArgumentError, match="matrices"):
+        write_track_npz(tmp_path / "t.npz", time=[0.0], modes=[[1, 0, 0, 0]], matrices=np.eye(4))
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_failed_write_leaves_the_old_file_and_no_other(tmp_path):
+    file = tmp_path / "old.csv"
+    file.write_text("old")
+    with pytest.raises(ZeroDivisionError), replaced(file) as temporary:
+        temporary.write_text("half")
+        raise ZeroDivisionError
+    assert file.read_text() == "old"
+    assert list(tmp_path.iterdir()) == [file]
+    for target, words in ((tmp_path / "no" / "x.csv", "create the folder"), (tmp_path, "path of a file")):
+        with pytest.raises(RecordingError, match=words):
+            write_csv(target, planar())
+
+
+def test_csv_units_stand_in_names_or_options(tmp_path):
+    plain = tmp_path / "a.csv"
+    plain.write_text("t,gx,gy,gz,ax,ay,az\n0,1,2,3,0,0,9.80665\n0.5,1,2,3,0,0,9.80665\n")
+    expected = read_csv(plain)
+    for header, scale in (
+        ("time_ms,gx_deg_s,gy_deg_s,gz_deg_s,ax_g,ay_g,az_g", (1e3, 180 / np.pi, 1 / 9.80665)),
+        ('"T [ms]";Gx (deg/s);Gy (deg/s);Gz (°/s);Ax [g];Ay [g];Az [g]', (1e3, 180 / np.pi, 1 / 9.80665)),
+        ("t_us\tgx_rad_s\tgy_rad_s\tgz_rad_s\tax_m_s2\tay [m/s^2]\taz [m/s²]", (1e6, 1, 1)),
+    ):
+        separator = next((s for s in "\t;" if s in header), ",")
+        rows = np.column_stack([expected.time * scale[0], expected.gyroscope * scale[1]])
+        rows = np.column_stack([rows, expected.accelerometer * scale[2]])
+        file = tmp_path / "b.csv"
+        file.write_text(header + "\n" + "".join(separator.join(map(repr, r)) + "\n" for r in rows.tolist()))
+        other = read_csv(file)
+        for name in ("time", "gyroscope", "accelerometer"):
+            np.testing.assert_allclose(getattr(other, name), getattr(expected, name), rtol=1e-15)
+    degrees = read_csv(plain, units={"gyroscope": "deg_s"})
+    np.testing.assert_allclose(degrees.gyroscope, np.radians(expected.gyroscope), rtol=1e-15)
+    renamed = tmp_path / "c.csv"
+    renamed.write_text("Zeit,gx,gy,gz\n0,1,2,3\n")
+    assert read_csv(renamed, columns={"t": "Zeit"}).size == 1
+
+
+def test_csv_leaves_unknown_columns_out_with_a_warning(tmp_path):
+    file = tmp_path / "a.csv"
+    file.write_text("# made by hand\nt,gx,gy,gz,temperature\n0,1,2,3,hot\n")
+    with pytest.warns(RecordingWarning, match="line 2: unknown columns left out: temperature; known: t gx"):
+        assert read_csv(file).size == 1
+
+
+def test_csv_quaternion_is_the_reference_beside_a_gyroscope(tmp_path):
+    file = tmp_path / "a.csv"
+    file.write_text("t,gx,gy,gz,qw,qx,qy,qz\n0,1,2,3,0.6,0,0.8,0\n1,1,2,3,,,,\n")
+    recording = read_csv(file, earth_frame="NED")
+    assert recording.earth_frame == "NED"
+    np.testing.assert_array_equal(recording.reference[0], [0.6, 0, 0.8, 0])
+    assert np.isnan(recording.reference[1]).all()
