@@ -140,7 +140,9 @@ def test_no_magnetometer_no_accelerometer_no_gyroscope(tmp_path):
     with pytest.raises(RecordingError, match="topic /imu: its driver says it has no gyroscope"):
         read_recording(path)
     path = write("bag", tmp_path / "c", imu_topics=())
-    with pytest.raises(RecordingError, match=r"no topic of sensor_msgs/msg/Imu; topics in the bag: /mag .* /temperature"):
+    with pytest.raises(
+        RecordingError, match=r"no topic of sensor_msgs/msg/Imu; topics in the bag: /mag .* /temperature"
+    ):
         read_recording(path)
 
 
