@@ -78,6 +78,13 @@ def test_rest_phases(simulate):
     np.testing.assert_allclose(motion.orientation[200:801], within.orientation, atol=1e-12)
 
 
+@pytest.mark.parametrize("rest", [0.1, 0.7, 1.1, 2.3, 3.3])
+def test_phases_survive_rounding(rest):
+    motion = simulate_tumbling(9.9, 33.0, rest_s=rest)
+    assert len(motion.time) == 327
+    np.testing.assert_array_equal(motion.orientation[-1], motion.orientation[motion.time >= 9.9 - rest][-1])
+
+
 def test_irregular_times_sample_the_same_motion():
     motion = simulate_precession(10.0, 100.0, jitter=0.3, drop_probability=0.2, rng=5)
     assert 750 < len(motion.time) < 850
@@ -97,6 +104,7 @@ def test_irregular_times_sample_the_same_motion():
     ("argument", "value"),
     [
         ("duration_s", 0.0),
+        ("duration_s", 0.05),
         ("rate_hz", -1.0),
         ("rate_hz", np.nan),
         ("inertia", (1, 1, -1)),

@@ -11,8 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from bingham.errors import RecordingError
-from bingham.io.checks import existing, optional_module
+from bingham.io.checks import damaged, existing, optional_module
 from bingham.io.fields import Fields
 from bingham.recording import ImuRecording
 
@@ -65,9 +64,9 @@ def _read_matlab(path: Path) -> Mapping[str, Any]:
     from scipy.io import loadmat
 
     try:
-        return loadmat(path)
+        return {str(name): value for name, value in loadmat(path).items()}
     except Exception as error:  # scipy raises whatever its parser stumbles over
-        raise RecordingError(path, "", f"not a readable MATLAB file ({error})", "copy or download it again") from error
+        raise damaged(path, "MATLAB file", error) from error
 
 
 def _read_hdf5(path: Path) -> Mapping[str, Any]:
@@ -76,8 +75,8 @@ def _read_hdf5(path: Path) -> Mapping[str, Any]:
         with h5py.File(path, "r") as file:
             content = {name: np.asarray(item) for name, item in file.items() if isinstance(item, h5py.Dataset)}
             content.update({name: np.asarray(value) for name, value in file.attrs.items()})
-    except (OSError, RuntimeError, ValueError) as error:
-        raise RecordingError(path, "", f"not a readable HDF5 file ({error})", "copy or download it again") from error
+    except Exception as error:  # so does h5py
+        raise damaged(path, "HDF5 file", error) from error
     if path.suffix == ".mat":  # MATLAB stores arrays column by column
         content = {name: value.T for name, value in content.items()}
     return content

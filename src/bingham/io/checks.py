@@ -76,6 +76,12 @@ def build(kind: type[R], path: Path, place: Place, **fields: Any) -> R:
         raise RecordingError(path, "", str(error), "check that the file is complete") from None
 
 
+def damaged(path: Path, kind: str, error: Exception, remedy: str = "copy or download it again") -> RecordingError:
+    """Say in one line what somebody else's parser stumbled over."""
+    reason = next(iter(str(error).splitlines()), "")[:120] or type(error).__name__
+    return RecordingError(path, "", f"not a readable {kind} ({reason})", remedy)
+
+
 def normalised(
     path: Path, name: str, rows: NDArray[np.float64], place: Place, *, rounding: float = SINGLE_ROUNDING
 ) -> NDArray[np.float64]:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import zipfile
-import zlib
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -12,7 +10,7 @@ import numpy as np
 
 from bingham.errors import RecordingError
 from bingham.io.atomic import replaced
-from bingham.io.checks import existing
+from bingham.io.checks import damaged, existing
 from bingham.io.fields import Fields
 from bingham.io.trial import trial
 from bingham.recording import ImuRecording, OrientationRecording
@@ -96,9 +94,8 @@ def load_archive(path: Path) -> dict[str, Any]:
     try:
         with np.load(path, allow_pickle=False) as archive:
             return {name: archive[name] for name in archive.files}
-    except (OSError, ValueError, EOFError, KeyError, NotImplementedError, zipfile.BadZipFile, zlib.error) as error:
-        reason = str(error).splitlines()[0] if str(error) else type(error).__name__
-        raise RecordingError(path, "", f"not a readable npz archive ({reason})", "copy or write it again") from error
+    except Exception as error:  # NumPy and zipfile raise whatever they stumble over
+        raise damaged(path, "npz archive", error) from error
 
 
 def save_archive(path: str | Path, content: Mapping[str, Any]) -> None:

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bingham.errors import InvalidArgumentError, RecordingError
-from bingham.io.checks import build, note, optional_module, time_from_nanoseconds
+from bingham.io.checks import build, damaged, note, optional_module, time_from_nanoseconds
 from bingham.recording import ImuRecording
 
 __all__ = ["read_rosbag"]
@@ -128,10 +128,7 @@ def _read(
     except RecordingError:
         raise
     except Exception as error:  # damaged bags make the parser raise whatever it stumbles over
-        reason = (str(error).splitlines() or [""])[0] or type(error).__name__
-        raise RecordingError(
-            path, "", f"not a readable bag ({reason})", "repair it (rosbag reindex) or copy it again"
-        ) from error
+        raise damaged(path, "bag", error, "repair it (rosbag reindex) or copy it again") from error
     return messages, topics
 
 

@@ -90,7 +90,7 @@ def simulate_tumbling(
     instants, where = np.unique(elapsed, return_inverse=True)
     solution = solve_ivp(
         derivative,
-        (0.0, duration_s - 2 * rest_s),
+        (0.0, instants[-1]),
         np.concatenate([attitude, start]),
         method="DOP853",
         t_eval=instants,

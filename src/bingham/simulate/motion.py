@@ -44,6 +44,8 @@ def sample_times(
     for name, value in (("duration_s", duration_s), ("rate_hz", rate_hz)):
         if not 0 < value < np.inf:
             raise InvalidArgumentError(name, "a positive number", value)
+    if duration_s * rate_hz < 1:
+        raise InvalidArgumentError("duration_s", f"at least one interval, {1 / rate_hz:g} s", duration_s)
     if not 0 <= jitter < 0.5:
         raise InvalidArgumentError("jitter", "0 ≤ jitter < 0.5", jitter)
     if not 0 <= drop_probability < 1:
