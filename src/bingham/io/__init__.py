@@ -1,5 +1,6 @@
 """Recordings in, tracks out: readers with errors that name file, place and remedy, and writers that leave no halves."""
 
+from bingham.io.axes import Axes, read_axes
 from bingham.io.broad import read_broad
 from bingham.io.checks import RecordingWarning
 from bingham.io.csv import read_csv, write_csv
@@ -11,8 +12,10 @@ from bingham.io.track import read_track, write_track_csv, write_track_npz
 from bingham.io.tum import read_tum, write_tum
 
 __all__ = [
+    "Axes",
     "RecordingWarning",
     "detect_format",
+    "read_axes",
     "read_broad",
     "read_csv",
     "read_euroc",

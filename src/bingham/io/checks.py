@@ -85,7 +85,7 @@ def damaged(path: Path, kind: str, error: Exception, remedy: str = "copy or down
 def normalised(
     path: Path, name: str, rows: NDArray[np.float64], place: Place, *, rounding: float = SINGLE_ROUNDING
 ) -> NDArray[np.float64]:
-    """Return quaternions q/‖q‖ if |‖q‖ − 1| ≤ 1e-3; rows of NaN stay, rows exact to 1e-12 are left as they are.
+    """Return rows q/‖q‖ if |‖q‖ − 1| ≤ 1e-3; rows of NaN stay, rows exact to 1e-12 are left as they are.
 
     Warns
     -----
@@ -108,12 +108,12 @@ def normalised(
         raise RecordingError(
             path,
             place(name, worst),
-            f"quaternion of norm {norm[worst]:.6g}",
+            f"norm {norm[worst]:.6g}",
             f"unit norm within {QUATERNION_TOLERANCE:g} is expected: check the columns and their order",
         )
     if largest > rounding:
         where = place(name, worst)
-        note(f"{path}: quaternions normalised; largest deviation from unit norm {largest:.2g} at {where}")
+        note(f"{path}: rows normalised; largest deviation from unit norm {largest:.2g} at {where}")
     return rows / norm[:, None]
 
 

@@ -1,0 +1,77 @@
+"""Axes without times: real files, and what is refused."""
+
+import numpy as np
+import pytest
+
+from bingham.errors import InvalidArgumentError, RecordingError
+from bingham.io import RecordingWarning, read_axes
+
+
+@pytest.mark.parametrize(
+    ("file", "columns", "shape"),
+    [
+        ("axial/fle_b5.csv", ("n", "e", "d"), (52, 3)),
+        ("axial/kamb1959_fig7.csv", ("n", "e", "d"), (112, 3)),
+        ("axial/fault_surface_normals.csv", ("x1", "x2", "x3"), (64, 3)),
+        ("axial/quetico_lineations.csv", ("n", "e", "d"), (84, 3)),
+        ("axial/simongomez_fault_slip.csv", ("qw", "qx", "qy", "qz"), (80, 4)),
+    ],
+)
+def test_real_axes(data, file, columns, shape):
+    axes = read_axes(data / file)
+    assert (axes.columns, axes.values.shape) == (columns, shape)
+    np.testing.assert_allclose(np.linalg.norm(axes.values, axis=1), 1, atol=1e-15)
+
+
+def test_real_quaternions_by_name_and_without_names(data):
+    posture = read_axes(data / "drill" / "drill_subjects_1-4.csv", columns=("Q1", "Q2", "Q3", "Q4"))
+    assert posture.values.shape[1] == 4
+    with pytest.raises(RecordingError, match=r"line 1: names no known set.*columns=.*Q1 Q2 Q3 Q4"):
+        read_axes(data / "drill" / "drill_subjects_1-4.csv")
+    with pytest.warns(RecordingWarning, match="normalised"):
+        cube = read_axes(data / "riss_bingham_sim" / "cuboid_face_1_init.csv")
+    np.testing.assert_allclose(cube.values[0], [0.8323, 0.0187, -0.2554, 0.4917], atol=1e-4)
+
+
+def test_separators_and_planar_axes(tmp_path):
+    file = tmp_path / "a.txt"
+    for text in ("X;Y\n0.6;0.8\n", "x\ty\n0.6\t0.8\n", "# white space\n0.6 0.8\n", "id,ux,uy\na,0.6,0.8\n"):
+        file.write_text(text)
+        np.testing.assert_array_equal(read_axes(file).values, [[0.6, 0.8]])
+
+
+@pytest.mark.parametrize(
+    ("text", "place", "problem"),
+    [
+        ("", "", "empty"),
+        ("# nothing\n", "", "only comments"),
+        ("x,y,z\n", "", "no rows"),
+        ("x,y,z\n1,0,0\n1,0\n", "line 3", "2 columns where 3.*cut off"),
+        ("x,y,z\n1,0,0\n1,0,zero\n", "line 3, column z", "not a number"),
+        ("x,y,z\n1,0,0\nnan,0,1\n", "line 3, columns x y z", "not finite"),
+        ("x,y,z\n1,0,0\n,0,1\n", "line 3, columns x y z", "not finite"),
+        ("x,y,z\n1,0,0\n1,0,1\n", "line 3, columns x y z", "norm 1.41421"),
+        ("x,y,z\n1,0,0\n0,0,0\n", "line 3, columns x y z", "norm 0"),
+        ("x,y,z,n,e,d\n1,0,0,1,0,0\n", "line 1", "names n e d and x y z; choose by columns="),
+        ("1\n1\n", "line 1", "one column"),
+    ],
+)
+def test_malformed(tmp_path, text, place, problem):
+    file = tmp_path / "a.csv"
+    file.write_text(text)
+    with pytest.raises(RecordingError, match=problem) as caught:
+        read_axes(file)
+    assert str(caught.value).startswith(f"{file}: {place}")
+    assert "; " in str(caught.value)
+
+
+def test_columns_must_be_there(tmp_path):
+    file = tmp_path / "a.csv"
+    file.write_text("a,b\n1,0\n")
+    with pytest.raises(RecordingError, match=r"no column c; columns in the file: a b"):
+        read_axes(file, columns=("a", "c"))
+    with pytest.raises(InvalidArgumentError, match="two names"):
+        read_axes(file, columns=("a",))
+    file.write_text("1,0\n")
+    with pytest.raises(InvalidArgumentError, match="names its columns"):
+        read_axes(file, columns=("a", "b"))
