@@ -1,0 +1,179 @@
+"""Normaliser of the Bingham density and its derivatives by an 8-node contour rule.
+
+F(z) = ∫_{S^{d−1}} exp(Σ zᵢ xᵢ²) dx = 2 π^{d/2} L⁻¹{∏ᵢ (s − zᵢ)^{−1/2}}(1), so
+
+    F = 2 π^{d/2} Σₖ Im[cₖ ∏ᵢ (sₖ − zᵢ)^{−1/2}],    max z = 0.
+
+The nodes sₖ are the poles of the near-best (Carathéodory–Fejér) 16-pole rational approximation of eˢ on (−∞, 0]
+(Trefethen, Weideman & Schmelzer 2006), shifted by ½; the weights cₖ were refitted in high precision on F and its
+gradient. ``tests/reference/derive_rule.py`` derives both and measures their error: at most 3e-13 for d ≤ 6, from
+uniform to −1e12. ∂/∂zᵢ multiplies a term by ½/(sₖ−zᵢ); second derivatives by ¼/((sₖ−zᵢ)(sₖ−zⱼ)) and ¾/(sₖ−zᵢ)².
+
+Every function here wants max z = 0 and |z| ≤ ``LARGEST``; the facades see to both.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from bingham.kernels.compile import compiled
+
+__all__ = ["LARGEST", "RULE_DIMENSION", "derivatives", "derivatives_2", "derivatives_4"]
+
+# Largest |z|: products of eight factors stay within the range of a double.
+LARGEST = 1e30
+# Largest dimension the rule serves; beyond it `kernels.contour` takes over.
+RULE_DIMENSION = 6
+
+SR = np.array([6.916177699099483, 6.448152268951234, 5.493174737718069, 4.009103608415018,
+               1.9193758971858133, -0.913928462488652, -4.764971343442207, -10.343917078695654])  # fmt: skip
+SI = np.array([1.1941223933701346, 3.58745736201831, 5.996881713603921, 8.436198985884344,
+               10.92536348449668, 13.497725698892689, 16.22022147316785, 19.27744616718121])  # fmt: skip
+CR = np.array([-740.5871543988623, 336.1650903802212, -36.89967155733218, -18.964928429582304,
+               5.832050854859697, -0.5191317493937287, 0.014473455350521781, -7.986414026221293e-05])  # fmt: skip
+CI = np.array([212.6879390484292, -373.9225707110336, 206.15080695954057, -49.658117176477404,
+               4.877909099389949, -0.13527143131174524, -0.0006974669346785836, 1.6783914035258261e-06])  # fmt: skip
+
+
+@compiled(inline=True)
+def _branch(pr, pi, t, u):
+    """Square root of pr + i·pi with positive imaginary part, from t = √((|p| + |pr|)/2) and u = pi/(2t)."""
+    if pr >= 0.0:
+        return math.copysign(t, pi), abs(u)
+    return u, t
+
+
+@compiled()
+def derivatives_4(z, gradient, hessian):
+    """Return F for d = 4; write ω = ∇ log F and the 4×4 Hessian of log F.
+
+    z (4,) with max z = 0 in; gradient (4,), hessian (4, 4) out.
+    """
+    z0, z1, z2, z3 = z[0], z[1], z[2], z[3]
+    f = g0 = g1 = g2 = g3 = 0.0
+    h00 = h01 = h02 = h11 = h12 = h22 = 0.0
+    for k in range(8):
+        si = SI[k]
+        a0, a1, a2, a3 = SR[k] - z0, SR[k] - z1, SR[k] - z2, SR[k] - z3
+        # Pairs of upper half-plane factors have arguments in (0, 2π): one root serves two factors.
+        pr, pi = a0 * a1 - si * si, si * (a0 + a1)
+        qr, qi = a2 * a3 - si * si, si * (a2 + a3)
+        m0, m1, m2, m3 = a0 * a0 + si * si, a1 * a1 + si * si, a2 * a2 + si * si, a3 * a3 + si * si
+        p, q = math.sqrt(m0 * m1), math.sqrt(m2 * m3)
+        tp, tq = math.sqrt(0.5 * (p + abs(pr))), math.sqrt(0.5 * (q + abs(qr)))
+        # One division serves both roots, the reciprocal of their product and the four reciprocal factors.
+        r = 1.0 / (p * q * tp * tq)
+        n = r * tp * tq
+        pr, pi = _branch(pr, pi, tp, 0.5 * pi * r * p * q * tq)
+        qr, qi = _branch(qr, qi, tq, 0.5 * qi * r * p * q * tp)
+        rr, ri = pr * qr - pi * qi, pr * qi + pi * qr
+        fr, fi = (CR[k] * rr + CI[k] * ri) * n, (CI[k] * rr - CR[k] * ri) * n
+        n *= n
+        n0, n1, n2, n3 = n * m1 * m2 * m3, n * m0 * m2 * m3, n * m0 * m1 * m3, n * m0 * m1 * m2
+        a0 *= n0
+        a1 *= n1
+        a2 *= n2
+        a3 *= n3
+        b0, b1, b2, b3 = -si * n0, -si * n1, -si * n2, -si * n3
+        f += fi
+        # t = f/(s − zᵢ): its imaginary part feeds the gradient, its product with 1/(s − zⱼ) the Hessian.
+        tr, ti = fr * a0 - fi * b0, fr * b0 + fi * a0
+        g0 += ti
+        h00 += tr * b0 + ti * a0
+        h01 += tr * b1 + ti * a1
+        h02 += tr * b2 + ti * a2
+        tr, ti = fr * a1 - fi * b1, fr * b1 + fi * a1
+        g1 += ti
+        h11 += tr * b1 + ti * a1
+        h12 += tr * b2 + ti * a2
+        tr, ti = fr * a2 - fi * b2, fr * b2 + fi * a2
+        g2 += ti
+        h22 += tr * b2 + ti * a2
+        g3 += fr * b3 + fi * a3
+    # Σω = 1 is exact in theory; dividing by the sum removes the common part of the quadrature error.
+    n = 1.0 / (g0 + g1 + g2 + g3)
+    g0 *= n
+    g1 *= n
+    g2 *= n
+    g3 *= n
+    gradient[0], gradient[1], gradient[2], gradient[3] = g0, g1, g2, g3
+    n = 0.25 / f
+    h00 = 3.0 * n * h00 - g0 * g0
+    h11 = 3.0 * n * h11 - g1 * g1
+    h22 = 3.0 * n * h22 - g2 * g2
+    h01 = n * h01 - g0 * g1
+    h02 = n * h02 - g0 * g2
+    h12 = n * h12 - g1 * g2
+    # log F(z + c) = log F(z) + c, hence every row of the Hessian sums to zero.
+    h03, h13, h23 = -h00 - h01 - h02, -h01 - h11 - h12, -h02 - h12 - h22
+    hessian[0, 0], hessian[0, 1], hessian[0, 2], hessian[0, 3] = h00, h01, h02, h03
+    hessian[1, 0], hessian[1, 1], hessian[1, 2], hessian[1, 3] = h01, h11, h12, h13
+    hessian[2, 0], hessian[2, 1], hessian[2, 2], hessian[2, 3] = h02, h12, h22, h23
+    hessian[3, 0], hessian[3, 1], hessian[3, 2], hessian[3, 3] = h03, h13, h23, -h03 - h13 - h23
+    return 2.0 * math.pi**2 * f
+
+
+@compiled()
+def derivatives_2(z1):
+    """Return (log F, ω₁, ∂ω₁/∂z₁) for d = 2 and z = (z₁ ≤ 0, 0); ω₂ = 1 − ω₁ and the Hessian is ±∂ω₁/∂z₁."""
+    f = g1 = g2 = h = 0.0
+    for k in range(8):
+        si = SI[k]
+        a, c = SR[k] - z1, SR[k]
+        pr, pi = a * c - si * si, si * (a + c)
+        t = math.sqrt(0.5 * (math.sqrt(pr * pr + pi * pi) + abs(pr)))
+        rr, ri = _branch(pr, pi, t, 0.5 * pi / t)
+        n = 1.0 / (rr * rr + ri * ri)
+        fr, fi = (CR[k] * rr + CI[k] * ri) * n, (CI[k] * rr - CR[k] * ri) * n
+        n = 1.0 / (a * a + si * si)
+        a, b = a * n, -si * n
+        n = 1.0 / (c * c + si * si)
+        f += fi
+        tr, ti = fr * a - fi * b, fr * b + fi * a
+        g1 += ti
+        g2 += (fi * c - fr * si) * n
+        h += tr * b + ti * a
+    w = g1 / (g1 + g2)
+    return math.log(2.0 * math.pi * f), w, 0.75 * h / f - w * w
+
+
+@compiled()
+def derivatives(z, nodes, weights, shift, gradient, hessian):
+    """Return log F for any d with any rule; write ω = ∇ log F and the Hessian of log F.
+
+    F = 2 π^{d/2} e^{shift} Σₖ Im[weightsₖ ∏ᵢ (shift + nodesₖ − zᵢ)^{−1/2}].  z (d,) with max z = 0,
+    nodes (K,), weights (K,) complex in; gradient (d,), hessian (d, d) out.
+    """
+    d = z.size
+    inverse = np.empty(d, dtype=np.complex128)
+    gradient[:] = 0.0
+    hessian[:] = 0.0
+    f = 0.0
+    scale = 0.0
+    for i in range(d):
+        scale += math.log(1.0 + shift - z[i])
+    for k in range(nodes.size):
+        s = nodes[k] + shift
+        term = weights[k]
+        for i in range(d):
+            inverse[i] = 1.0 / (s - z[i])
+            # The real factor keeps the product of order one for any d and z; `scale` returns it.
+            term *= np.sqrt((1.0 + shift - z[i]) * inverse[i])
+        f += term.imag
+        for i in range(d):
+            t = term * inverse[i]
+            gradient[i] += t.imag
+            for j in range(i, d):
+                hessian[i, j] += t.real * inverse[j].imag + t.imag * inverse[j].real
+    total = 0.0
+    for i in range(d):
+        total += gradient[i]
+    for i in range(d):
+        gradient[i] /= total
+    for i in range(d):
+        for j in range(i, d):
+            hessian[i, j] = (0.75 if i == j else 0.25) * hessian[i, j] / f - gradient[i] * gradient[j]
+            hessian[j, i] = hessian[i, j]
+    return math.log(2.0 * f) + 0.5 * d * math.log(math.pi) + shift - 0.5 * scale
