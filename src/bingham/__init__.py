@@ -1,2 +1,37 @@
-"""Bingham distributions on unit hyperspheres and the recursive filters built on them."""
+"""Bingham distributions on unit hyperspheres and the recursive filters built on them.
 
+The public names below are loaded when first used, so that ``import bingham`` stays fast.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import Any
+
+__version__ = "0.1.0"
+
+# Public name → module that defines it.
+_PUBLIC = {
+    "Bingham": "distributions.bingham",
+    "BinghamError": "errors",
+    "ConvergenceError": "errors",
+    "InvalidArgumentError": "errors",
+    "RecordingError": "errors",
+    "concentrations": "distributions.normalizer",
+    "log_normalizer": "distributions.normalizer",
+    "moments": "distributions.normalizer",
+}
+
+__all__ = sorted([*_PUBLIC, "__version__"])
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _PUBLIC:
+        raise AttributeError(f"module 'bingham' has no attribute {name!r}")
+    value = getattr(import_module(f"bingham.{_PUBLIC[name]}"), name)
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    return __all__

@@ -4,7 +4,11 @@ from __future__ import annotations
 
 from typing import Any
 
-__all__ = ["BinghamError", "ConvergenceError", "InvalidArgumentError", "MissingExtraError", "RecordingError"]
+__all__ = ["AccuracyWarning", "BinghamError", "ConvergenceError", "InvalidArgumentError", "MissingExtraError", "RecordingError"]
+
+
+class AccuracyWarning(UserWarning):
+    """A result may be less accurate than the documentation promises elsewhere."""
 
 
 class BinghamError(Exception):

@@ -13,7 +13,8 @@ import math
 import numpy as np
 
 from bingham.kernels.compile import compiled
-from bingham.kernels.normalizer import derivatives, derivatives_2, derivatives_4
+from bingham.kernels.normalizer import derivatives_2, derivatives_4
+from bingham.kernels.rule import log_normalizer_derivatives
 
 __all__ = ["MAX_EVALUATIONS", "concentrations", "concentrations_2", "concentrations_4"]
 
@@ -51,41 +52,37 @@ def _move(v, step):
 
 @compiled()
 def concentrations_4(w, z, gradient, hessian):
-    """Solve ∇ log F(z) = w for d = 4; w (4,) in any order, Σw = 1; z (4,) out with max z = 0.
+    """Solve ∇ log F(z) = w for d = 4; w (4,) with its largest entry last, Σw = 1; z (4,) out with z[3] = 0.
 
     Returns (log F, evaluations); evaluations is negative if the tolerance was not reached.
     gradient (4,) and hessian (4, 4) are work space and hold the derivatives at the last point evaluated.
     """
-    v = z
-    last = _start(w, v)
-    i0 = 0 if last != 0 else 1
-    i1 = 1 if last > 1 else 2
-    i2 = 2 if last == 3 else 3
-    vd, v0, v1, v2 = v[last], v[i0], v[i1], v[i2]
-    z[last] = 0.0
+    _start(w, z)
+    v0, v1, v2, vd = z[0], z[1], z[2], z[3]
+    top = 0.5 / vd
+    z[3] = 0.0
     for evaluation in range(1, MAX_EVALUATIONS + 1):
-        top = 0.5 / vd
-        z[i0], z[i1], z[i2] = top - 0.5 / v0, top - 0.5 / v1, top - 0.5 / v2
+        z[0], z[1], z[2] = top - 0.5 / v0, top - 0.5 / v1, top - 0.5 / v2
         f = derivatives_4(z, gradient, hessian)
-        r0, r1, r2 = w[i0] - gradient[i0], w[i1] - gradient[i1], w[i2] - gradient[i2]
+        r0, r1, r2 = w[0] - gradient[0], w[1] - gradient[1], w[2] - gradient[2]
         # H dz = r on the three free entries by LDLᵀ.
-        h01, h02, h12 = hessian[i0, i1], hessian[i0, i2], hessian[i1, i2]
-        a = 1.0 / hessian[i0, i0]
+        h01, h02, h12 = hessian[0, 1], hessian[0, 2], hessian[1, 2]
+        a = 1.0 / hessian[0, 0]
         b, c = h01 * a, h02 * a
-        e = 1.0 / (hessian[i1, i1] - b * h01)
+        e = 1.0 / (hessian[1, 1] - b * h01)
         g = h12 - b * h02
         h = g * e
         y1 = r1 - b * r0
         y2 = r2 - c * r0 - h * y1
-        d2 = y2 / (hessian[i2, i2] - c * h02 - h * g)
+        d2 = y2 / (hessian[2, 2] - c * h02 - h * g)
         d1 = y1 * e - h * d2
         d0 = r0 * a - b * d1 - c * d2
-        if abs(r0) < TOLERANCE * w[i0] and abs(r1) < TOLERANCE * w[i1] and abs(r2) < TOLERANCE * w[i2]:
+        if abs(r0) < TOLERANCE * w[0] and abs(r1) < TOLERANCE * w[1] and abs(r2) < TOLERANCE * w[2]:
             # The last correction is applied to z itself; log F follows from its gradient and Hessian to second order.
-            z[i0] += d0
-            z[i1] += d1
-            z[i2] += d2
-            first = gradient[i0] * d0 + gradient[i1] * d1 + gradient[i2] * d2
+            z[0] += d0
+            z[1] += d1
+            z[2] += d2
+            first = gradient[0] * d0 + gradient[1] * d1 + gradient[2] * d2
             return math.log(f) + first + 0.5 * (r0 * d0 + r1 * d1 + r2 * d2), evaluation
         v0 = _move(v0, 2.0 * v0 * v0 * d0)
         v1 = _move(v1, 2.0 * v1 * v1 * d1)
@@ -113,8 +110,8 @@ def concentrations_2(w1):
 
 
 @compiled()
-def concentrations(w, nodes, weights, shift, z, gradient, hessian):
-    """Solve ∇ log F(z) = w for any d with the given contour rule; see `concentrations_4` and `derivatives`."""
+def concentrations(w, z, gradient, hessian):
+    """Solve ∇ log F(z) = w for any d; see `concentrations_4`."""
     d = w.size
     v = np.empty(d)
     last = _start(w, v)
@@ -129,7 +126,7 @@ def concentrations(w, nodes, weights, shift, z, gradient, hessian):
     for evaluation in range(1, MAX_EVALUATIONS + 1):
         for i in range(d):
             z[i] = 0.5 / v[last] - 0.5 / v[i]
-        log_f = derivatives(z, nodes, weights, shift, gradient, hessian)
+        log_f = log_normalizer_derivatives(z, gradient, hessian)
         worst = 0.0
         for i in range(d - 1):
             # Rows and columns scaled by √H_ii: the spectrum of H spans the square of that of ω.

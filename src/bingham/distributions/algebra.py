@@ -1,0 +1,112 @@
+"""Spectral forms and the composition of moments, for `Bingham`."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from bingham.errors import InvalidArgumentError
+from bingham.rotations import compose, conjugate
+
+__all__ = ["NoiseParts", "compose_spectra", "noise_parts", "sorted_spectrum", "spectral"]
+
+FloatArray = NDArray[np.float64]
+
+ORTHOGONAL_TOLERANCE = 1e-6
+SYMMETRY_TOLERANCE = 1e-8
+
+
+class NoiseParts(NamedTuple):
+    """A noise law v as the compiled steps take it: v = mode ⊕ e (right) or e ⊕ mode (left), e near the identity.
+
+    ``mode`` (d,); ``tangent`` (d−1, d−1) = E[vec e vec eᵀ]; ``weight`` = E[(modeᵀ v)²].
+    """
+
+    mode: FloatArray
+    tangent: FloatArray
+    weight: float
+
+
+def sorted_spectrum(z: ArrayLike, frame: ArrayLike) -> tuple[FloatArray, FloatArray]:
+    """Return z (..., d) ascending with last entry 0 and the columns of frame (..., d, d) in the same order."""
+    from bingham.kernels.normalizer import LARGEST
+
+    a, m = np.asarray(z, dtype=np.float64), np.asarray(frame, dtype=np.float64)
+    if a.ndim == 0 or a.shape[-1] < 2:
+        raise InvalidArgumentError("z", "shape (..., d) with d >= 2", a.shape)
+    d = a.shape[-1]
+    if m.ndim < 2 or m.shape[-2:] != (d, d):
+        raise InvalidArgumentError("M", f"shape (..., {d}, {d}) to go with z of shape {a.shape}", m.shape)
+    if not np.all(np.isfinite(a)) or np.any(np.ptp(a, axis=-1) > LARGEST):
+        raise InvalidArgumentError("z", f"finite concentrations that differ by at most {LARGEST:g}", a)
+    gram = np.swapaxes(m, -1, -2) @ m
+    off = np.abs(gram - np.eye(d)).max(initial=0.0)
+    if not off <= ORTHOGONAL_TOLERANCE:
+        raise InvalidArgumentError("M", f"an orthogonal matrix within {ORTHOGONAL_TOLERANCE:g}",
+                                   f"max |MᵀM − I| = {off:.3g}", "orthonormalise its columns, or use from_matrix")  # fmt: skip
+    shape = np.broadcast_shapes(a.shape[:-1], m.shape[:-2])
+    a, m = np.broadcast_to(a, (*shape, d)), np.broadcast_to(m, (*shape, d, d))
+    order = np.argsort(a, axis=-1, kind="stable")
+    a = np.take_along_axis(a, order, axis=-1)
+    m = np.take_along_axis(m, order[..., None, :], axis=-1)
+    # One Newton step towards the nearest orthogonal matrix removes the rounding of typed or stored digits.
+    m = m @ (1.5 * np.eye(d) - 0.5 * (np.swapaxes(m, -1, -2) @ m))
+    return np.ascontiguousarray(a - a[..., -1:]), np.ascontiguousarray(m)
+
+
+def spectral(matrix: ArrayLike, name: str) -> tuple[FloatArray, FloatArray]:
+    """Return ascending eigenvalues (..., d) and eigenvectors (..., d, d; columns) of a checked symmetric matrix."""
+    a = np.asarray(matrix, dtype=np.float64)
+    if a.ndim < 2 or a.shape[-1] != a.shape[-2] or a.shape[-1] < 2:
+        raise InvalidArgumentError(name, "shape (..., d, d) with d >= 2", a.shape)
+    if not np.all(np.isfinite(a)):
+        raise InvalidArgumentError(name, "finite entries", "NaN or infinity")
+    skew = np.abs(a - np.swapaxes(a, -1, -2)).max(initial=0.0)
+    if skew > SYMMETRY_TOLERANCE * max(1.0, float(np.abs(a).max(initial=0.0))):
+        raise InvalidArgumentError(name, "a symmetric matrix", f"max |{name} − {name}ᵀ| = {skew:.3g}",
+                                   f"symmetrise it: ({name} + {name}.T) / 2")  # fmt: skip
+    d = a.shape[-1]
+    if d != 4:
+        return np.linalg.eigh(a)
+    from bingham.kernels.batch import batch_diagonalize_4
+
+    # LAPACK gives a good frame cheaply; Jacobi in that frame restores the relative accuracy of small eigenvalues.
+    rows = a.reshape(-1, d, d)
+    frames = np.ascontiguousarray(np.swapaxes(np.linalg.eigh(rows)[1], -1, -2))
+    values = np.empty(rows.shape[:-1])
+    batch_diagonalize_4(np.ascontiguousarray(rows), values, frames)
+    return values.reshape(a.shape[:-1]), np.ascontiguousarray(np.swapaxes(frames, -1, -2)).reshape(a.shape)
+
+
+def noise_parts(z: FloatArray, frame: FloatArray, w: FloatArray, *, left: bool = False) -> NoiseParts:
+    """Split one noise law into its mode and the moment of its deviation; z (d,), frame (d, d), w = ω (d,)."""
+    d = z.shape[-1]
+    mode = np.ascontiguousarray(frame[:, -1])
+    axes = frame.T[: d - 1]
+    deviation = compose(axes, conjugate(mode)) if left else compose(conjugate(mode), axes)
+    e = deviation[:, 1:]
+    return NoiseParts(mode, np.ascontiguousarray((e.T * w[: d - 1]) @ e), float(w[-1]))
+
+
+def compose_spectra(z: FloatArray, frame: FloatArray, noise: NoiseParts, *, left: bool = False) -> tuple[FloatArray, FloatArray, float]:
+    """Return (z', M', log F') of the moment-matched law of x ⊕ v (left: v ⊕ x) for one law x, d = 2 or 4."""
+    from bingham.kernels import step
+    from bingham.kernels.moments import concentrations_2
+
+    d = z.shape[-1]
+    if z.ndim != 1 or d not in (2, 4):
+        raise InvalidArgumentError("self", "a single law of dimension 2 or 4", f"shape {z.shape}",
+                                   "compose batches one by one, or use BinghamFilter.run")  # fmt: skip
+    if d == 2:
+        from bingham.kernels.normalizer import derivatives_2
+
+        w = derivatives_2(z[0])[1]
+        v = noise.tangent[0, 0]
+        z1, log_f, _ = concentrations_2(w + v - 2.0 * w * v)
+        rows = compose(np.ascontiguousarray(frame.T), noise.mode)
+        return np.array([z1, 0.0]), np.ascontiguousarray(rows.T), log_f
+    new_z, rows = z.copy(), np.ascontiguousarray(frame.T)
+    log_f = step.compose_4(new_z, rows, noise.mode, noise.tangent, noise.weight, left, step.work_space_4())
+    return new_z, np.ascontiguousarray(rows.T), log_f

@@ -1,0 +1,412 @@
+"""The Bingham distribution as an immutable value."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple, NoReturn, Self
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from bingham.distributions.algebra import noise_parts, sorted_spectrum, spectral
+from bingham.distributions.normalizer import log_normalizer, log_normalizer_derivatives, solve_moments
+from bingham.errors import InvalidArgumentError
+from bingham.rotations import compose, conjugate, unit_rows
+
+if TYPE_CHECKING:
+    from scipy.spatial.transform import Rotation
+
+__all__ = ["Bingham", "StandardErrors"]
+
+FloatArray = NDArray[np.float64]
+
+
+class StandardErrors(NamedTuple):
+    """Standard errors of a maximum-likelihood fit.
+
+    ``concentrations`` (..., d): of zᵢ, 0 for the largest, which is 0 by convention. ``axes`` (..., d, d): in rad, of
+    the angle by which principal axes i and j may turn towards each other; infinite where zᵢ = zⱼ, 0 on the diagonal.
+    """
+
+    concentrations: FloatArray
+    axes: FloatArray
+
+
+class Bingham:
+    """Law of a random axis or rotation x on S^{d−1}: f(x) = exp(xᵀ A x) / F(z), A = M diag(z) Mᵀ.
+
+    f is a density with respect to surface area and f(x) = f(−x). The parameters are kept in spectral form: z ascending
+    with its last entry 0, the columns of M in the same order. Leading axes are a batch. Values are immutable.
+
+    Parameters
+    ----------
+    z : (..., d) array_like
+        Concentrations in any order; a common offset changes nothing.
+    M : (..., d, d) array_like
+        Orthogonal matrix (within 1e-6; rounding is removed), columns in the order of z.
+
+    Raises
+    ------
+    InvalidArgumentError
+        If shapes do not fit, z is not finite or M is not orthogonal.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> p = Bingham([-8.0, 0.0], np.eye(2))
+    >>> p.mode
+    array([0., 1.])
+    >>> p.dim
+    2
+
+    References
+    ----------
+    Bingham, Ann. Statist. 2 (1974) 1201; Kurz, Gilitschenski, Julier & Hanebeck, JAIF 9(2), 2014, Definition 1.
+    """
+
+    __slots__ = ("_M", "_log_f", "_w", "_z")
+    _z: FloatArray
+    _M: FloatArray
+    _log_f: Any
+    _w: FloatArray | None
+
+    def __init__(self, z: ArrayLike, M: ArrayLike) -> None:
+        spectrum, frame = sorted_spectrum(z, M)
+        self._set(spectrum, frame, None, None)
+
+    def _set(self, z: FloatArray, frame: FloatArray, log_f: Any, w: FloatArray | None) -> None:
+        z.flags.writeable = False
+        frame.flags.writeable = False
+        put = object.__setattr__
+        put(self, "_z", z)
+        put(self, "_M", frame)
+        put(self, "_log_f", log_f)
+        put(self, "_w", w)
+
+    def __setattr__(self, name: str, value: object) -> NoReturn:
+        raise AttributeError(f"Bingham is immutable: cannot set {name!r}; make a new one")
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return (Bingham.from_spectrum, (np.array(self._z), np.array(self._M)))
+
+    def __repr__(self) -> str:
+        return f"Bingham(z={np.array2string(self._z, threshold=8)}, mode={np.array2string(self.mode, threshold=8)})"
+
+    # Construction
+
+    @classmethod
+    def from_spectrum(cls, z: FloatArray, M: FloatArray, log_f: Any = None, moments: FloatArray | None = None) -> Self:
+        """Wrap float64 arrays that are in canonical spectral form already, unchecked; the arrays become read-only."""
+        self = cls.__new__(cls)
+        self._set(z, M, log_f, moments)
+        return self
+
+    @classmethod
+    def from_matrix(cls, A: ArrayLike) -> Self:
+        """Return the law with density ∝ exp(xᵀ A x) for a symmetric A (..., d, d); A + c I is the same law.
+
+        Raises
+        ------
+        InvalidArgumentError
+            If A is not finite, square or symmetric within 1e-8 of its size.
+        """
+        z, frame = spectral(A, "A")
+        return cls.from_spectrum(np.ascontiguousarray(z - z[..., -1:]), frame)
+
+    @classmethod
+    def from_moment(cls, S: ArrayLike) -> Self:
+        """Return the law with E[x xᵀ] = S, the maximum-entropy law of that second moment.
+
+        Parameters
+        ----------
+        S : (..., d, d) array_like
+            Symmetric, positive definite, trace 1 (within 1e-8).
+
+        Raises
+        ------
+        InvalidArgumentError
+            If S is no such matrix; a singular S describes a law on a smaller sphere and is refused.
+        """
+        w, frame = spectral(S, "S")
+        d = w.shape[-1]
+        if not np.all(w[..., 0] > d * np.finfo(np.float64).eps * w[..., -1]):
+            raise InvalidArgumentError("S", "a positive definite second moment", f"smallest eigenvalue {w[..., 0].min():.3g}",
+                                       "the data lie on a smaller sphere; drop that axis or add their noise variance")  # fmt: skip
+        total = w.sum(axis=-1)
+        if not np.all(np.abs(total - 1.0) <= 1e-8):
+            raise InvalidArgumentError("S", "trace 1 within 1e-8", total, "divide by the trace")
+        z, log_f, _ = solve_moments(w / total[..., None])
+        return cls.from_spectrum(z, frame, log_f)
+
+    @classmethod
+    def fit(cls, x: ArrayLike | Rotation, weights: ArrayLike | None = None) -> Self:
+        """Return the maximum-likelihood law of unit vectors x; signs of rows do not matter.
+
+        Its moment equals the weighted sample moment Σ wₙ xₙ xₙᵀ / Σ wₙ (Bingham 1974). `standard_errors` gives the
+        uncertainty of the parameters.
+
+        Parameters
+        ----------
+        x : (..., n, d) array_like or Rotation
+            Unit vectors (within 1e-6).
+        weights : (..., n) array_like, optional
+            Non-negative, not all zero; only their ratios matter.
+
+        Raises
+        ------
+        InvalidArgumentError
+            If x or the weights are malformed, or the sample lies on a smaller sphere (fewer than d different axes).
+        """
+        a = unit_rows(x, None, "x")
+        if a.ndim < 2:
+            raise InvalidArgumentError("x", "samples as rows, shape (..., n, d)", a.shape)
+        n = a.shape[-2]
+        if weights is None:
+            w = np.full(a.shape[:-1], 1.0 / max(n, 1))
+        else:
+            w = np.broadcast_to(np.asarray(weights, dtype=np.float64), a.shape[:-1])
+            total = w.sum(axis=-1, keepdims=True)
+            if not (np.all(w >= 0.0) and np.all(np.isfinite(w)) and np.all(total > 0.0)):
+                raise InvalidArgumentError("weights", "finite, non-negative, not all zero", weights)
+            w = w / total
+        if n == 0:
+            raise InvalidArgumentError("x", "at least d samples", "none")
+        moment = np.einsum("...ni,...n,...nj->...ij", a, w, a)
+        moment /= np.trace(moment, axis1=-2, axis2=-1)[..., None, None]
+        return cls.from_moment(moment)
+
+    @classmethod
+    def uniform(cls, d: int) -> Self:
+        """Return the uniform law on S^{d−1}."""
+        if d < 2:
+            raise InvalidArgumentError("d", "an ambient dimension of at least 2", d)
+        return cls.from_spectrum(np.zeros(d), np.eye(d))
+
+    # Parameters
+
+    @property
+    def z(self) -> FloatArray:
+        """Concentrations (..., d), ascending, the last one 0."""
+        return self._z
+
+    @property
+    def M(self) -> FloatArray:
+        """Orthogonal matrix (..., d, d); column i is the principal axis of zᵢ."""
+        return self._M
+
+    @property
+    def matrix(self) -> FloatArray:
+        """A = M diag(z) Mᵀ (..., d, d), negative semidefinite."""
+        return (self._M * self._z[..., None, :]) @ np.swapaxes(self._M, -1, -2)
+
+    @property
+    def dim(self) -> int:
+        """Ambient dimension d."""
+        return self._z.shape[-1]
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Shape of the batch; () for a single law."""
+        return self._z.shape[:-1]
+
+    @property
+    def mode(self) -> FloatArray:
+        """Last column of M (..., d): ± this vector has the largest density.
+
+        Where z_{d−1} = 0 too (a girdle, the uniform law) the mode is not unique: every unit vector of the span of the
+        columns with z = 0 is one, and this is a representative.
+        """
+        return self._M[..., :, -1]
+
+    @property
+    def log_normalizer(self) -> Any:
+        """Log F(z) (...)."""
+        if self._log_f is None:
+            object.__setattr__(self, "_log_f", log_normalizer(self._z))
+        return self._log_f
+
+    @property
+    def axis_moments(self) -> FloatArray:
+        """ω (..., d) = E[(mᵢᵀ x)²] of the principal axes, ascending, sum 1."""
+        if self._w is None:
+            object.__setattr__(self, "_w", log_normalizer_derivatives(self._z)[1])
+        assert self._w is not None
+        return self._w
+
+    def __getitem__(self, index: Any) -> Bingham:
+        """Return part of a batch."""
+        if not self.shape:
+            raise InvalidArgumentError("index", "a batch of laws", "a single law")
+        index = index if isinstance(index, tuple) else (index,)
+        part = (*index, ...) if Ellipsis not in index else index
+        return Bingham.from_spectrum(np.array(self._z[(*part, slice(None))]), np.array(self._M[(*part, slice(None), slice(None))]))
+
+    # Density and moments
+
+    def logpdf(self, x: ArrayLike | Rotation) -> Any:
+        """Return log f(x) (...) for unit vectors x (..., d), broadcast against the batch.
+
+        Raises
+        ------
+        InvalidArgumentError
+            If a row of x is not of unit length within 1e-6.
+        """
+        a = unit_rows(x, self.dim, "x")
+        t = np.einsum("...ij,...i->...j", self._M, a)
+        return (np.einsum("...j,...j,...j->...", self._z, t, t) - self.log_normalizer)[()]
+
+    def pdf(self, x: ArrayLike | Rotation) -> Any:
+        """Return f(x) (...) for unit vectors x (..., d); see `logpdf`."""
+        return np.exp(self.logpdf(x))
+
+    def moment(self) -> FloatArray:
+        """Return S = E[x xᵀ] (..., d, d), trace 1."""
+        return (self._M * self.axis_moments[..., None, :]) @ np.swapaxes(self._M, -1, -2)
+
+    def rvs(self, size: int | tuple[int, ...] | None = None, *, rng: Any = None) -> FloatArray:
+        """Return exact, independent samples (*shape, *size, d).
+
+        Parameters
+        ----------
+        size : int or tuple of int, optional
+            Number or shape of the samples of each law; None for one without an axis of its own.
+        rng : None, int or numpy.random.Generator
+            Passed to ``numpy.random.default_rng``; the same seed gives the same samples.
+        """
+        from bingham.kernels.envelope import sample_diagonal
+
+        generator = np.random.default_rng(rng)
+        dims = () if size is None else (size,) if isinstance(size, int) else tuple(size)
+        count = int(np.prod(dims, dtype=np.int64))
+        z, frames = self._z.reshape(-1, self.dim), self._M.reshape(-1, self.dim, self.dim)
+        out = np.empty((len(z), count, self.dim))
+        for i in range(len(z)):
+            np.matmul(sample_diagonal(z[i], count, generator), frames[i].T, out=out[i])
+        return out.reshape(*self.shape, *dims, self.dim)
+
+    def entropy(self) -> Any:
+        """Return −E[log f(x)] = log F − Σ zᵢ ωᵢ (...), in nats relative to surface area."""
+        return self.log_normalizer - np.sum(self._z * self.axis_moments, axis=-1)
+
+    def cross_entropy(self, other: Bingham) -> Any:
+        """Return −E[log g(x)], x ~ self, g = other: log F_g − tr(A_g S_f) (...)."""
+        self._check_same_dimension(other)
+        return other.log_normalizer - np.einsum("...ij,...ij->...", other.matrix, self.moment())
+
+    def kl_divergence(self, other: Bingham) -> Any:
+        """Return KL(self ‖ other) = tr((A_f − A_g) S_f) + log F_g − log F_f (...), in nats, not negative."""
+        return np.maximum(self.cross_entropy(other) - self.entropy(), 0.0)
+
+    # Algebra
+
+    def multiply(self, other: Bingham) -> Bingham:
+        """Return the law with density ∝ f(x) g(x): the matrices add (Kurz et al. 2014, Lemma 1)."""
+        self._check_same_dimension(other)
+        return Bingham.from_matrix(self.matrix + other.matrix)
+
+    def compose(self, other: Bingham) -> Bingham:
+        """Return the Bingham law with the second moment of x ⊕ y, x ~ self, y ~ other, independent; d = 2 or 4.
+
+        S' = Σ_m ω_m R_m S R_mᵀ with R_m the right-multiplication matrix of the m-th axis of `other` (Glover &
+        Kaelbling 2013, A.9.2). The law of x ⊕ y itself is not Bingham: see `composed_logpdf`.
+
+        Examples
+        --------
+        >>> import numpy as np
+        >>> p = Bingham([-800.0, -800.0, -800.0, 0.0], np.eye(4)[:, ::-1])
+        >>> p.compose(p).z.round(3)
+        array([-400.753, -400.753, -400.753,    0.   ])
+        """
+        from bingham.distributions.algebra import compose_spectra
+
+        self._check_same_dimension(other)
+        return Bingham.from_spectrum(*compose_spectra(self._z, self._M, noise_parts(other._z, other._M, other.axis_moments)))
+
+    def composed_logpdf(self, other: Bingham, x: ArrayLike | Rotation) -> Any:
+        """Return the log-density of the true law of a ⊕ b at x (..., d), a ~ self, b ~ other; d = 2 or 4.
+
+        f(x) = ∫ f_a(x ⊕ b*) f_b(b) db = F(C(x)) / (F_a F_b) with C(x) = Qᵀ A_a Q + A_b, x ⊕ b* = Q b
+        (Glover & Kaelbling 2013, eq. 15).
+        """
+        self._check_same_dimension(other)
+        a = unit_rows(x, self.dim, "x")
+        # x ⊕ b* = L(x) D b with D the conjugation.
+        q = compose(a[..., None, :], conjugate(np.eye(self.dim)))
+        joint = np.einsum("...ia,...ab,...jb->...ij", q, self.matrix, q) + other.matrix
+        values = np.linalg.eigvalsh(joint)
+        return log_normalizer(values) - self.log_normalizer - other.log_normalizer
+
+    def inverse(self) -> Bingham:
+        """Return the law of x* (conjugate), x ~ self; d = 2 or 4."""
+        self._check_group()
+        frame = np.array(self._M)
+        frame[..., 1:, :] *= -1.0
+        return Bingham.from_spectrum(np.array(self._z), frame, self._log_f, self._w)
+
+    def rotate(self, *, left: ArrayLike | Rotation | None = None, right: ArrayLike | Rotation | None = None) -> Bingham:
+        """Return the law of left ⊕ x ⊕ right, x ~ self, for fixed unit left and right (..., d); d = 2 or 4."""
+        self._check_group()
+        axes = np.swapaxes(self._M, -1, -2)
+        if left is not None:
+            axes = compose(unit_rows(left, self.dim, "left")[..., None, :], axes)
+        if right is not None:
+            axes = compose(axes, unit_rows(right, self.dim, "right")[..., None, :])
+        frame = np.ascontiguousarray(np.swapaxes(axes, -1, -2))
+        z = np.array(np.broadcast_to(self._z, frame.shape[:-1]))
+        return Bingham.from_spectrum(z, frame, self._log_f, self._w if frame.shape == self._M.shape else None)
+
+    # Uncertainty out
+
+    def standard_errors(self, n: float) -> StandardErrors:
+        """Return the asymptotic standard errors of a fit to n independent samples (Kish's n for weighted ones).
+
+        Fisher information: n ∂²log F/∂z² for the concentrations and 2n (zᵢ − zⱼ)(ωᵢ − ωⱼ) for the angle between
+        axes i and j.
+        """
+        from bingham.distributions.uncertainty import standard_errors
+
+        return StandardErrors(*standard_errors(self._z, n))
+
+    def credible_angle(self, p: ArrayLike) -> Any:
+        """Return the angle α in [0, π/2] with P(angle(x, ±mode) ≤ α) = p, in rad.
+
+        The angle is the one on the sphere, arccos |xᵀ mode|; the angle of the *rotation* is twice that (d = 4).
+        p (...) in [0, 1] broadcasts against the batch.
+        """
+        from bingham.distributions.uncertainty import credible_angle
+
+        return credible_angle(self._z, p)
+
+    def covariance(self, *, frame: Literal["body", "world"], undefined: Literal["raise", "nan"] = "raise") -> FloatArray:
+        """Return the 3×3 covariance (..., 3, 3), rad², of the rotation vector about the mode; d = 4.
+
+        C = 4 E[v vᵀ] with v the vector part of mode* ⊗ q (frame="body") or q ⊗ mode* (frame="world"): the covariance of
+        the rotation vector up to third order in the angle. `from_covariance` is its exact inverse.
+
+        Parameters
+        ----------
+        frame : {"body", "world"}
+            Axes in which the small rotation is expressed; there is no default.
+        undefined : {"raise", "nan"}
+            What to do where the mode is not twice as heavy (E[(mᵀx)²]) as every other axis, that is near girdles and
+            the uniform law, where a covariance about one mode says nothing.
+        """
+        from bingham.distributions.uncertainty import covariance
+
+        return covariance(self._M, self.axis_moments, frame, undefined)
+
+    @classmethod
+    def from_covariance(cls, mode: ArrayLike | Rotation, covariance: ArrayLike, *, frame: Literal["body", "world"]) -> Self:
+        """Return the law about the unit quaternion mode (..., 4) with the given `covariance` (..., 3, 3), rad²."""
+        from bingham.distributions.uncertainty import moment_from_covariance
+
+        w, axes = moment_from_covariance(unit_rows(mode, 4, "mode"), covariance, frame)
+        z, log_f, _ = solve_moments(w)
+        return cls.from_spectrum(z, axes, log_f)
+
+    def _check_same_dimension(self, other: Bingham) -> None:
+        if other.dim != self.dim:
+            raise InvalidArgumentError("other", f"a law of dimension {self.dim}", other.dim)
+
+    def _check_group(self) -> None:
+        if self.dim not in (2, 4):
+            raise InvalidArgumentError("self", "dimension 2 or 4, where unit vectors form a group", self.dim)

@@ -1,0 +1,136 @@
+"""What a Bingham law says about its own spread: credible angles, covariances, standard errors of a fit."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.optimize import brentq
+
+from bingham.distributions.normalizer import log_normalizer, log_normalizer_derivatives
+from bingham.errors import InvalidArgumentError
+from bingham.rotations import compose, conjugate
+
+__all__ = ["covariance", "credible_angle", "moment_from_covariance", "standard_errors"]
+
+FloatArray = NDArray[np.float64]
+
+NODES, WEIGHTS = np.polynomial.legendre.leggauss(48)
+# The part of the tail beyond the point where the density along the weakest axis is e^{-TAIL} is below rounding.
+TAIL = 40.0
+
+
+def _probability(z: FloatArray, log_f: float, angle: float) -> float:
+    """P(arccos |xᵀ mode| ≤ angle) = 2 ∫₀^angle sin^{d−2}φ F_{d−1}(z_rest sin²φ) dφ / F(z), z (d,) ascending.
+
+    From the density of t = mᵀx, f(t) ∝ (1 − t²)^{(d−3)/2} F_{d−1}((1 − t²) z_rest), t = cos φ. The range is cut into
+    panels of the width of the narrowest axis, dyadically growing, so that one rule resolves every spread.
+    """
+    d = z.size
+    if angle <= 0.0:
+        return 0.0
+    width = min(angle, 2.0 / math.sqrt(1.0 - 2.0 * z[0]))
+    edges = [0.0]
+    while edges[-1] < angle:
+        edges.append(min(angle, edges[-1] + max(width, 0.7 * edges[-1])))
+    left, right = np.array(edges[:-1])[:, None], np.array(edges[1:])[:, None]
+    half = 0.5 * (right - left)
+    phi = (left + half * (NODES + 1.0)).ravel()
+    weight = (half * WEIGHTS).ravel()
+    sine = np.sin(phi)
+    rest = sine[:, None] ** 2 * z[:-1]
+    log_rest = log_normalizer(rest) if d > 2 else math.log(2.0) + rest[:, 0]
+    with np.errstate(divide="ignore"):
+        return float(2.0 * np.sum(weight * np.exp((d - 2) * np.log(sine) + log_rest - log_f)))
+
+
+def credible_angle(z: FloatArray, p: ArrayLike) -> Any:
+    """Return α (...) with P(arccos |xᵀ mode| ≤ α) = p for z (..., d), p (...), broadcast."""
+    share = np.asarray(p, dtype=np.float64)
+    if not np.all((share >= 0.0) & (share <= 1.0)):
+        raise InvalidArgumentError("p", "probabilities in [0, 1]", p)
+    shape = np.broadcast_shapes(z.shape[:-1], share.shape)
+    rows = np.broadcast_to(z, (*shape, z.shape[-1])).reshape(-1, z.shape[-1])
+    levels = np.broadcast_to(share, shape).ravel()
+    out = np.empty(levels.size)
+    for i, (row, level) in enumerate(zip(rows, levels, strict=True)):
+        log_f = float(log_normalizer(row))
+        # Beyond `far` lies less than rounding, unless the weakest axis reaches all around.
+        far = min(0.5 * math.pi, math.asin(min(1.0, math.sqrt(TAIL / max(-row[-2], 1e-300)))))
+        if level <= 0.0:
+            out[i] = 0.0
+        elif level >= 1.0:
+            out[i] = 0.5 * math.pi
+        elif _probability(row, log_f, far) <= level:
+            out[i] = far
+        else:
+            out[i] = brentq(lambda a, r=row, f=log_f, q=level: _probability(r, f, a) - q, 0.0, far, xtol=1e-14, rtol=1e-12)
+    return out.reshape(shape)[()]
+
+
+def _frame_is_named(frame: str) -> bool:
+    if frame not in ("body", "world"):
+        raise InvalidArgumentError("frame", "'body' or 'world'", repr(frame), "name the axes of the small rotation")
+    return frame == "body"
+
+
+def covariance(M: FloatArray, w: FloatArray, frame: str, undefined: str) -> FloatArray:
+    """Return C = 4 Σᵢ ωᵢ eᵢ eᵢᵀ (..., 3, 3), eᵢ the vector part of mode* ⊗ mᵢ (body) or mᵢ ⊗ mode* (world)."""
+    body = _frame_is_named(frame)
+    if M.shape[-1] != 4:
+        raise InvalidArgumentError("self", "a law of rotations, d = 4", M.shape[-1])
+    if undefined not in ("raise", "nan"):
+        raise InvalidArgumentError("undefined", "'raise' or 'nan'", repr(undefined))
+    vague = 2.0 * w[..., 2] > w[..., 3]
+    if undefined == "raise" and np.any(vague):
+        raise InvalidArgumentError("self", "a law with one clear mode (twice as heavy as any other axis)",
+                                   f"moments {w[vague][0] if w.ndim > 1 else w}",
+                                   "use moment() or credible_angle(), or pass undefined='nan'")  # fmt: skip
+    axes = np.swapaxes(M, -1, -2)
+    back = conjugate(M[..., None, :, 3])
+    e = (compose(back, axes) if body else compose(axes, back))[..., :3, 1:]
+    c = 4.0 * np.einsum("...ki,...k,...kj->...ij", e, w[..., :3], e)
+    return np.where(vague[..., None, None], np.nan, c) if np.any(vague) else c
+
+
+def moment_from_covariance(mode: FloatArray, c: ArrayLike, frame: str) -> tuple[FloatArray, FloatArray]:
+    """Return (ω, M) of the second moment about mode (..., 4) whose `covariance` is c (..., 3, 3)."""
+    body = _frame_is_named(frame)
+    a = np.asarray(c, dtype=np.float64)
+    if a.shape[-2:] != (3, 3):
+        raise InvalidArgumentError("covariance", "shape (..., 3, 3), rad²", a.shape)
+    if not np.all(np.isfinite(a)) or np.abs(a - np.swapaxes(a, -1, -2)).max(initial=0.0) > 1e-8 * np.abs(a).max(initial=0.0):
+        raise InvalidArgumentError("covariance", "finite and symmetric", a)
+    values, vectors = np.linalg.eigh(a)
+    tangent = 0.25 * values
+    weight = 1.0 - tangent.sum(axis=-1)
+    if not (np.all(tangent > 0.0) and np.all(weight > tangent[..., 2])):
+        raise InvalidArgumentError("covariance", "positive definite with a trace small enough for a mode (below about 2 rad²)", a,
+                                   "start from a girdle or the uniform law instead")  # fmt: skip
+    # Descending variance is ascending moment order reversed: rows from the narrowest to the widest, then the mode.
+    e = np.concatenate([np.zeros((*values.shape, 1)), np.swapaxes(vectors, -1, -2)], axis=-1)
+    axes = compose(mode[..., None, :], e) if body else compose(e, mode[..., None, :])
+    shape = np.broadcast_shapes(axes.shape[:-2], mode.shape[:-1])
+    rows = np.concatenate([np.broadcast_to(axes, (*shape, 3, 4)), np.broadcast_to(mode[..., None, :], (*shape, 1, 4))], axis=-2)
+    w = np.concatenate([tangent, weight[..., None]], axis=-1)
+    return np.ascontiguousarray(np.broadcast_to(w, (*shape, 4))), np.ascontiguousarray(np.swapaxes(rows, -1, -2))
+
+
+def standard_errors(z: FloatArray, n: float) -> tuple[FloatArray, FloatArray]:
+    """Return standard errors of z (..., d) and of the axes (..., d, d) for n samples."""
+    if not n > 0:
+        raise InvalidArgumentError("n", "a positive number of samples", n)
+    _, w, hessian = log_normalizer_derivatives(z)
+    d = z.shape[-1]
+    information = n * hessian[..., : d - 1, : d - 1]
+    # Scaled to unit diagonal before the inversion: its entries span the square of the spectrum.
+    scale = np.sqrt(np.einsum("...ii->...i", information))
+    inverse = np.linalg.inv(information / (scale[..., :, None] * scale[..., None, :]))
+    error_z = np.concatenate([np.sqrt(np.einsum("...ii->...i", inverse)) / scale, np.zeros((*z.shape[:-1], 1))], axis=-1)
+    gap = (z[..., :, None] - z[..., None, :]) * (w[..., :, None] - w[..., None, :])
+    with np.errstate(divide="ignore"):
+        axes = 1.0 / np.sqrt(2.0 * n * np.maximum(gap, 0.0))
+    axes[..., np.arange(d), np.arange(d)] = 0.0
+    return error_z, axes
