@@ -13,7 +13,9 @@ from bingham.io import (
     read_euroc,
     read_npz,
     read_recording,
+    read_track,
     read_tum,
+    write_track_npz,
 )
 
 CSV = "t,gx,gy,gz,ax,ay,az,qw,qx,qy,qz\n0.0,1,2,3,0,0,9.8,1,0,0,0\n0.1,1,2,3,0,0,9.8,1,0,0,0\n"
@@ -263,6 +265,27 @@ def test_mended_files_of_the_wrong_kind(tmp_path):
     refused(read_npz, tmp_path / "y.npz", "field format", "bingham-imu-9")
     save_npz(tmp_path / "z.npz", {"format": "bingham-imu-1", "gyroscope": np.ones((2, 3))})
     refused(read_npz, tmp_path / "z.npz", "field time", "missing")
+
+
+def test_tracks(tmp_path):
+    file = tmp_path / "track.npz"
+    good = {"time": np.arange(3.0), "modes": np.eye(4)[:3], "matrices": np.zeros((3, 4, 4))}
+    write_track_npz(file, **good)
+    assert read_track(file)["time"].shape == (3,)
+    whole = file.read_bytes()
+    file.write_bytes(whole[: len(whole) // 2])
+    refused(read_track, file, "", "not a readable npz")
+    save_npz(file, good)
+    refused(read_track, file, "field format", "absent")
+    for change, place in (
+        ({"time": np.zeros(3)}, "field time, index 1"),
+        ({"time": np.arange(2.0)}, "field modes"),
+        ({"modes": np.ones((3, 4))}, "field modes, index 0"),
+        ({"modes": np.full((3, 4), np.nan)}, "field modes, index 0"),
+        ({"matrices": np.zeros((2, 4, 4))}, "field matrices"),
+    ):
+        save_npz(file, good | {"format": "bingham-track-1"} | change)
+        refused(read_track, file, place, None)
 
 
 def test_folders_and_unknown_files(tmp_path):

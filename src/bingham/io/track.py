@@ -12,11 +12,14 @@ from numpy.typing import ArrayLike, NDArray
 from bingham.errors import InvalidArgumentError, RecordingError
 from bingham.io.atomic import replaced
 from bingham.io.checks import existing
+from bingham.io.fields import Fields
 from bingham.io.npz import load_archive, save_archive
+from bingham.recording import OrientationRecording
 
 __all__ = ["read_track", "write_track_csv", "write_track_npz"]
 
 TRACK = "bingham-track-1"
+PER_STEP = {"matrices", "covariance", "concentrations", "log_evidence", "accepted", "reason"}
 MODES = {2: ["ux", "uy"], 4: ["qw", "qx", "qy", "qz"]}
 
 
@@ -148,13 +151,20 @@ def read_track(path: str | Path) -> dict[str, Any]:
     Raises
     ------
     RecordingError
-        If the archive is damaged or holds no track.
+        If the archive is damaged, holds no track, or its fields do not fit together.
     """
     path = existing(path)
     content = load_archive(path)
     kind = str(content.pop("format", "absent"))
     if kind != TRACK or not {"time", "modes"} <= content.keys():
         raise RecordingError(path, "field format", f"is {kind!r}", f"a track has {TRACK!r}, time and modes")
+    # A track is a recording of its modes and obeys the same rules.
+    names = {"orientation": "modes"}
+    Fields(path, content).build(OrientationRecording, names, time=content["time"], orientation=content["modes"])
+    for name in PER_STEP & content.keys():
+        if content[name].shape[:1] != content["time"].shape:
+            got = f"of shape {content[name].shape} beside {len(content['time'])} times"
+            raise RecordingError(path, f"field {name}", got, "write the track again")
     return {k: str(v) if v.dtype.kind == "U" and not v.ndim else v for k, v in content.items()}
 
 
