@@ -3,8 +3,10 @@
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
+from scipy.special import ive
 from scipy.stats import chi2
 
+from bingham.distributions.bingham import Bingham
 from bingham.errors import InvalidArgumentError
 from bingham.simulate import Motion, simulate_imu, simulate_orientations, simulate_precession, simulate_tumbling
 
@@ -99,6 +101,19 @@ def test_arguments_out_of_range():
             simulate_imu(motion, **change)
     with pytest.raises(InvalidArgumentError, match="at least 2"):
         simulate_imu(rest(1))
+
+
+@pytest.mark.parametrize("kappa", [5.0, 400.0])
+def test_orientation_noise_has_the_spread_of_its_law(kappa):
+    """exp(κ w²) on the quaternions: E cos(angle) = d/da log(I₀(a) − I₁(a)) at a = κ/2."""
+    size, a = 20_000, kappa / 2
+    noise = Bingham([-kappa, -kappa, -kappa, 0.0], np.eye(4)[:, ::-1])
+    recording = simulate_orientations(rest(size), noise, rng=11)
+    cosine = 2 * np.sum(recording.orientation * recording.truth, axis=1) ** 2 - 1
+    expected = (ive(1, a) - (ive(0, a) + ive(2, a)) / 2) / (ive(0, a) - ive(1, a))
+    error = 4 * cosine.std() / np.sqrt(size)
+    assert abs(cosine.mean() - expected) < error
+    assert abs(cosine.mean() - (1 - 1.1 * (1 - expected))) > error  # a spread 10 % larger is told apart
 
 
 class Noise:
