@@ -73,8 +73,8 @@ def _read_hdf5(path: Path) -> Mapping[str, Any]:
     h5py = optional_module("h5py", "reading HDF5 files")
     try:
         with h5py.File(path, "r") as file:
-            content = {name: np.asarray(item) for name, item in file.items() if isinstance(item, h5py.Dataset)}
-            content.update({name: np.asarray(value) for name, value in file.attrs.items()})
+            content = {str(name): np.asarray(item) for name, item in file.items() if isinstance(item, h5py.Dataset)}
+            content.update({str(name): np.asarray(value) for name, value in file.attrs.items()})
     except Exception as error:  # so does h5py
         raise damaged(path, "HDF5 file", error) from error
     if path.suffix == ".mat":  # MATLAB stores arrays column by column
