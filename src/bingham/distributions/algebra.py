@@ -92,21 +92,12 @@ def noise_parts(z: FloatArray, frame: FloatArray, w: FloatArray, *, left: bool =
 
 def compose_spectra(z: FloatArray, frame: FloatArray, noise: NoiseParts, *, left: bool = False) -> tuple[FloatArray, FloatArray, float]:
     """Return (z', M', log F') of the moment-matched law of x ⊕ v (left: v ⊕ x) for one law x, d = 2 or 4."""
-    from bingham.kernels import step
-    from bingham.kernels.moments import concentrations_2
+    from bingham.kernels.single import composed_2, composed_4
 
     d = z.shape[-1]
     if z.ndim != 1 or d not in (2, 4):
         raise InvalidArgumentError("self", "a single law of dimension 2 or 4", f"shape {z.shape}",
                                    "compose batches one by one, or use BinghamFilter.run")  # fmt: skip
     if d == 2:
-        from bingham.kernels.normalizer import derivatives_2
-
-        w = derivatives_2(z[0])[1]
-        v = noise.tangent[0, 0]
-        z1, log_f, _ = concentrations_2(w + v - 2.0 * w * v)
-        rows = compose(np.ascontiguousarray(frame.T), noise.mode)
-        return np.array([z1, 0.0]), np.ascontiguousarray(rows.T), log_f
-    new_z, rows = z.copy(), np.ascontiguousarray(frame.T)
-    log_f = step.compose_4(new_z, rows, noise.mode, noise.tangent, noise.weight, left, step.work_space_4())
-    return new_z, np.ascontiguousarray(rows.T), log_f
+        return composed_2(z, frame, noise.mode, noise.tangent[0, 0])
+    return composed_4(z, frame, noise.mode, noise.tangent, noise.weight, left)

@@ -1,0 +1,36 @@
+"""A gate refuses measurements that the prediction and the sensor's noise together cannot explain."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from scipy.special import chdtri
+
+from bingham.errors import InvalidArgumentError
+
+__all__ = ["Gate"]
+
+
+@dataclass(frozen=True)
+class Gate:
+    """Accept a measurement whose statistic stays below the χ² quantile of `probability`.
+
+    The statistic is −2 max_x log[f(x) f(z|x) / (max f · max f(z|·))] = −2 λ_max(A + L): what the best compromise
+    between prediction and measurement costs. For narrow laws it is the squared Mahalanobis distance of the innovation;
+    for wide ones it is smaller, so that a vague state never refuses.
+
+    Parameters
+    ----------
+    probability : float
+        Share of regular measurements to let through, in (0, 1). Raising it admits more outliers.
+    """
+
+    probability: float = 0.999
+
+    def __post_init__(self) -> None:
+        if not 0.0 < self.probability < 1.0:
+            raise InvalidArgumentError("probability", "a number in (0, 1)", self.probability)
+
+    def threshold(self, rank: int) -> float:
+        """Return the largest statistic accepted for a likelihood of the given rank."""
+        return float(chdtri(rank, 1.0 - self.probability))

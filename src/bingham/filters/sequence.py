@@ -1,0 +1,157 @@
+"""Whole sequences through the compiled loops of `kernels.step`: checks, time steps, batches."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from bingham.distributions.bingham import Bingham
+from bingham.errors import InvalidArgumentError
+from bingham.filters.track import Track
+from bingham.models.motion import Diffusion, Gyroscope, KnownRotation, NoisyIdentity, diffusion_mix
+from bingham.models.sensors import OrientationSensor
+from bingham.rotations import UNIT_TOLERANCE, from_rotation_vector
+
+if TYPE_CHECKING:
+    from bingham.filters.first_order import BinghamFilter
+
+__all__ = ["run_conjugate", "time_steps"]
+
+FloatArray = NDArray[np.float64]
+
+
+def time_steps(times: ArrayLike, start_time: float | None, count: int) -> FloatArray:
+    """Return the seconds (T,) before each of ``count`` times, the first counted from start_time."""
+    t = np.asarray(times, dtype=np.float64)
+    if t.shape != (count,):
+        raise InvalidArgumentError("times", f"shape ({count},), one for each measurement", t.shape)
+    steps = np.diff(t, prepend=t[:1] if start_time is None else start_time)
+    wrong = np.flatnonzero(~np.isfinite(t) | ~(steps > 0.0))
+    wrong = wrong[(wrong > 0) | ~(steps[wrong] == 0.0)]
+    if wrong.size:
+        i = int(wrong[0])
+        raise InvalidArgumentError("times", "strictly increasing seconds, from start_time on", f"{t[i]!r} at row {i}",
+                                   "sort the rows and drop repeated ones")  # fmt: skip
+    return steps
+
+
+def _unit_or_missing(x: ArrayLike, d: int, name: str) -> FloatArray:
+    a = np.array(x, dtype=np.float64)
+    if a.ndim not in (2, 3) or a.shape[-1] != d:
+        raise InvalidArgumentError(name, f"shape (T, {d}) or (B, T, {d})", a.shape)
+    norm = np.linalg.norm(a, axis=-1)
+    missing = np.isnan(a).any(axis=-1)
+    wrong = np.flatnonzero((np.abs(norm - 1.0) > UNIT_TOLERANCE).ravel() & ~missing.ravel())
+    if wrong.size:
+        i = int(wrong[0])
+        raise InvalidArgumentError(name, f"unit vectors within {UNIT_TOLERANCE:g}, or NaN for a missing row",
+                                   f"length {norm.ravel()[i]:.9g} at row {i}", "normalise them first if that is meant")  # fmt: skip
+    a /= norm[..., None]
+    a[missing] = np.nan
+    return a
+
+
+def run_conjugate(
+    bingham_filter: BinghamFilter,
+    prior: Bingham,
+    measurements: ArrayLike,
+    controls: ArrayLike | None,
+    times: ArrayLike | None,
+    start_time: float | None,
+    keep: Literal["all", "last"],
+) -> Track:
+    """Body of `BinghamFilter.run`."""
+    from bingham.kernels import step
+
+    motion, sensor = bingham_filter.motion, bingham_filter.sensor
+    if not isinstance(sensor, OrientationSensor) or not isinstance(motion, (NoisyIdentity, Diffusion, Gyroscope)):
+        raise InvalidArgumentError("self", "an orientation sensor and a motion model of this package",
+                                   f"{type(sensor).__name__}, {type(motion).__name__}",
+                                   "call predict and update row by row, or use ImuFilter for inertial recordings")  # fmt: skip
+    if keep not in ("all", "last"):
+        raise InvalidArgumentError("keep", "'all' or 'last'", repr(keep))
+    d = motion.dim
+    y = _unit_or_missing(measurements, d, "measurements")
+    batched = y.ndim == 3
+    if prior.dim != d or len(prior.shape) > 1 or (prior.shape and not batched):
+        raise InvalidArgumentError("prior", f"a law of dimension {d}" + (", single or one for each recording" if batched else ""),
+                                   f"dimension {prior.dim}, batch {prior.shape}")  # fmt: skip
+    if not batched:
+        y = y[None]
+    count, length = y.shape[:2]
+    if prior.shape and prior.shape != (count,):
+        raise InvalidArgumentError("prior", f"a batch of {count}, one for each recording", prior.shape)
+
+    continuous = not isinstance(motion, NoisyIdentity)
+    if continuous and times is None:
+        raise InvalidArgumentError("times", "seconds of each measurement, for motion in continuous time", None)
+    if not continuous and times is not None:
+        steps = time_steps(times, start_time, length)
+        if np.ptp(steps[1:], initial=steps[-1]) > 1e-3 * steps[-1]:
+            raise InvalidArgumentError("times", "regular times for a noise given once per step", "irregular ones",
+                                       "use models.motion.Diffusion or Gyroscope, which scale with time")  # fmt: skip
+    steps = np.ones(length) if times is None else time_steps(times, start_time, length)
+    turns = _controls(motion, controls, steps, count, length, d)
+    mixes = np.empty(0)
+    if isinstance(motion, (Diffusion, Gyroscope)):
+        mixes = diffusion_mix(motion.random_walk**2 * steps, d)
+
+    z = np.array(np.broadcast_to(prior.z, (count, d)))
+    frames = np.array(np.broadcast_to(np.swapaxes(prior.M, -1, -2), (count, d, d)))
+    kept = length if keep == "all" else min(length, 1)
+    out_z, out_frames = np.empty((count, kept, d)), np.empty((count, kept, d, d))
+    evidence, statistic = np.empty((count, kept)), np.empty((count, kept))
+    decision = np.empty((count, kept), dtype=np.int8)
+    gate = bingham_filter.gate
+    threshold = np.inf if gate is None else gate.threshold(d - 1)
+    noise = sensor.noise
+    log_f = float(noise.log_normalizer)
+    parts = motion.parts if isinstance(motion, NoisyIdentity) else None
+    mode = np.eye(d)[0] if parts is None else parts.mode
+    tangent = np.zeros((d - 1, d - 1)) if parts is None else parts.tangent
+    results = (out_z, out_frames, evidence, statistic, decision)
+    if d == 4:
+        left = isinstance(motion, NoisyIdentity) and motion.left
+        if left != sensor.left and not (np.ptp(noise.z[:3]) == 0.0 and abs(noise.mode[0]) == 1.0):
+            raise InvalidArgumentError("noise_side", "process and measurement noise on the same side for run", "different sides",
+                                       "call predict and update row by row")  # fmt: skip
+        weight = 1.0 if parts is None else parts.weight
+        common = (mode, tangent, weight, left)
+        sensed = (np.array(noise.z), sensor.frame, log_f, threshold)
+        if batched:
+            step.run_many_4(z, frames, turns, mixes, *common, y, *sensed, *results)
+        else:
+            step.run_4(z[0], frames[0], turns[0], mixes, *common, y[0], *sensed, *(r[0] for r in results))
+    else:
+        common = (mode, float(tangent[0, 0]))
+        sensed = (float(noise.z[0]), np.array(noise.mode), log_f, threshold)
+        if batched:
+            step.run_many_2(z, frames, turns, mixes, *common, y, *sensed, *results)
+        else:
+            step.run_2(z[0], frames[0], turns[0], mixes, *common, y[0], *sensed, *(r[0] for r in results))
+    time = None if times is None else np.array(times, dtype=np.float64)
+    columns = np.ascontiguousarray(np.swapaxes(out_frames, -1, -2))
+    arrays = (out_z, columns, evidence, statistic, decision)
+    if not batched:
+        arrays = tuple(a[0] for a in arrays)
+    return Track(time if keep == "all" or time is None else time[-1:], *arrays, threshold=threshold)
+
+
+def _controls(motion: object, controls: ArrayLike | None, steps: FloatArray, count: int, length: int, d: int) -> FloatArray:
+    """Known rotations (B, T, d), or (B, 0, d) without any."""
+    if controls is None:
+        if isinstance(motion, (KnownRotation, Gyroscope)):
+            raise InvalidArgumentError("controls", f"one row for each measurement, for {type(motion).__name__}", None)
+        return np.empty((count, 0, d))
+    if isinstance(motion, Gyroscope):
+        rate = np.asarray(controls, dtype=np.float64)
+        if rate.shape not in ((length, 3), (count, length, 3)) or not np.all(np.isfinite(rate)):
+            raise InvalidArgumentError("controls", f"finite angular rates ({length}, 3), rad/s", rate.shape)
+        turns = from_rotation_vector(rate * steps[:, None])
+    else:
+        turns = _unit_or_missing(controls, d, "controls")
+        if turns.shape[-2] != length or np.isnan(turns).any():
+            raise InvalidArgumentError("controls", f"{length} known rotations without gaps", turns.shape)
+    return np.ascontiguousarray(np.broadcast_to(turns, (count, length, d)))

@@ -1,0 +1,217 @@
+"""Conjugate sensors: measurements whose likelihood is exp(xᵀ L x), so that updating is adding L.
+
+Each returns a `Likelihood`; the evidence of a measurement is log F(A + L) − log F(A) − log_normalizer.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple, Protocol
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.special import i0e
+
+from bingham.distributions.bingham import Bingham
+from bingham.errors import InvalidArgumentError
+from bingham.rotations import compose, conjugate, from_rotation_vector, rotate, unit_rows
+
+__all__ = ["Conditioned", "HeadingSensor", "Likelihood", "OrientationSensor", "Sensor", "VectorSensor", "condition",
+           "davenport_matrix"]  # fmt: skip
+
+FloatArray = NDArray[np.float64]
+
+
+class Likelihood(NamedTuple):
+    """f(z | x) = exp(xᵀ matrix x − log_normalizer): largest eigenvalue of matrix (d, d) 0, rank = degrees of freedom."""
+
+    matrix: FloatArray
+    log_normalizer: float
+    rank: int
+
+
+class Conditioned(NamedTuple):
+    """A posterior law, the largest eigenvalue ``top`` ≤ 0 of A + L, and the likelihood's log_normalizer and rank."""
+
+    law: Bingham
+    top: float
+    log_normalizer: float
+    rank: int
+
+
+class Sensor(Protocol):
+    """What a filter asks of a conjugate sensor."""
+
+    def likelihood(self, z: ArrayLike, predicted: Bingham) -> Likelihood:
+        """Return the likelihood of the measurement z; some sensors linearise about the predicted mode."""
+        ...
+
+
+def condition(state: Bingham, sensor: Sensor, z: ArrayLike) -> Conditioned:
+    """Return the law ∝ f(x) f(z | x), x ~ `state`, a single law: its matrix is A + L."""
+    if isinstance(sensor, OrientationSensor):
+        return sensor.condition(state, z)
+    likelihood = sensor.likelihood(z, state)
+    if likelihood.matrix.shape != (state.dim, state.dim) or state.shape:
+        raise InvalidArgumentError("state", f"a single law of dimension {likelihood.matrix.shape[-1]}", repr(state))
+    if state.dim == 4:
+        from bingham.kernels.single import added_4
+
+        frame_z, frame, log_f, top = added_4(state.z, state.M, likelihood.matrix)
+        law = Bingham.from_spectrum(frame_z, frame, log_f)
+    else:
+        values, frame = np.linalg.eigh(state.matrix + likelihood.matrix)
+        top = float(values[-1])
+        law = Bingham.from_spectrum(values - top, np.ascontiguousarray(frame))
+    return Conditioned(law, top, likelihood.log_normalizer, likelihood.rank)
+
+
+@dataclass(frozen=True)
+class OrientationSensor:
+    """z = x ⊕ v (or v ⊕ x, ``left``), v ~ `noise`: L = N diag(z_v) Nᵀ, N = ẑ ⊕ (D M_v) (Kurz et al. 2014, eq. 52).
+
+    Parameters
+    ----------
+    noise : Bingham
+        d = 2 or 4; its mode may be a constant offset (bias).
+    left : bool
+        True when the noise acts in the world frame.
+
+    Notes
+    -----
+    Algorithm 2 of the paper prints M^p where the noise's M^v is meant.
+    """
+
+    noise: Bingham
+    left: bool = False
+
+    def __post_init__(self) -> None:
+        if self.noise.dim not in (2, 4) or self.noise.shape:
+            raise InvalidArgumentError("noise", "a single law of dimension 2 or 4", repr(self.noise))
+
+    @cached_property
+    def frame(self) -> FloatArray:
+        """Conjugated noise axes by rows (d, d): D M_v."""
+        return np.ascontiguousarray(conjugate(self.noise.M.T))
+
+    @cached_property
+    def mode(self) -> FloatArray:
+        """Mode of the noise (d,), contiguous."""
+        return np.array(self.noise.mode)
+
+    def likelihood(self, z: ArrayLike, predicted: Bingham | None = None) -> Likelihood:
+        """Return the likelihood matrix of the measured orientation z (d,)."""
+        y = unit_rows(z, self.noise.dim, "z")
+        axes = compose(self.frame, y) if self.left else compose(y, self.frame)
+        return Likelihood((axes.T * self.noise.z) @ axes, float(self.noise.log_normalizer), self.noise.dim - 1)
+
+    def condition(self, state: Bingham, z: ArrayLike) -> Conditioned:
+        """Return the posterior without forming L, which keeps the digits of very different concentrations."""
+        from bingham.kernels.single import updated_2, updated_4
+
+        d = self.noise.dim
+        if state.dim != d or state.shape:
+            raise InvalidArgumentError("state", f"a single law of dimension {d}", repr(state))
+        y = z if isinstance(z, np.ndarray) and z.dtype == np.float64 and z.shape == (d,) else unit_rows(z, d, "z")
+        square = float(y @ y)
+        if y.shape != (d,) or not abs(square - 1.0) <= 1e-15:
+            y = unit_rows(y, d, "z").reshape(d)
+        noise = self.noise
+        if d == 4:
+            posterior = updated_4(state.z, state.M, y, noise.z, self.frame, self.left)
+        else:
+            posterior = updated_2(state.z, state.M, y, noise.z, self.mode)
+        return Conditioned(Bingham.from_spectrum(*posterior[:3]), posterior[3], noise.log_normalizer, d - 1)
+
+
+def davenport_matrix(r: ArrayLike, b: ArrayLike) -> FloatArray:
+    """Return the symmetric K (..., 4, 4) with rᵀ R(q) b = qᵀ K q for world vectors r and body vectors b (..., 3).
+
+    R(q) b = vec(q ⊗ b ⊗ q*), hence K = [[r·b, (b × r)ᵀ], [b × r, r bᵀ + b rᵀ − (r·b) I]] (Davenport's q-method).
+    """
+    r, b = np.broadcast_arrays(np.asarray(r, dtype=np.float64), np.asarray(b, dtype=np.float64))
+    dot = np.sum(r * b, axis=-1)
+    k = np.empty((*r.shape[:-1], 4, 4))
+    k[..., 0, 0] = dot
+    k[..., 0, 1:] = k[..., 1:, 0] = np.cross(b, r)
+    outer = r[..., :, None] * b[..., None, :]
+    k[..., 1:, 1:] = outer + np.swapaxes(outer, -1, -2) - dot[..., None, None] * np.eye(3)
+    return k
+
+
+@dataclass(frozen=True)
+class VectorSensor:
+    """A known world direction seen in the body frame, with von Mises–Fisher noise: L = κ (K(r, b) − I), exact.
+
+    Parameters
+    ----------
+    reference : (3,) array_like
+        The direction r in the world; its length does not matter.
+    concentration : float
+        κ > 0; at high values the direction's variance is 1/κ rad² per axis.
+    """
+
+    reference: ArrayLike
+    concentration: float
+
+    def __post_init__(self) -> None:
+        r = np.asarray(self.reference, dtype=np.float64)
+        if r.shape != (3,) or not (np.all(np.isfinite(r)) and np.linalg.norm(r) > 0.0):
+            raise InvalidArgumentError("reference", "a finite non-zero vector (3,)", self.reference)
+        if not (np.isfinite(self.concentration) and self.concentration > 0.0):
+            raise InvalidArgumentError("concentration", "a finite number > 0", self.concentration)
+        object.__setattr__(self, "reference", r / np.linalg.norm(r))
+
+    def likelihood(self, z: ArrayLike, predicted: Bingham | None = None) -> Likelihood:
+        """Return the likelihood of the measured body vector z (3,); only its direction counts."""
+        b = np.asarray(z, dtype=np.float64)
+        norm = float(np.linalg.norm(b))
+        if b.shape != (3,) or not (np.isfinite(norm) and norm > 0.0):
+            raise InvalidArgumentError("z", "a finite non-zero vector (3,)", z)
+        k = self.concentration
+        # ∫ exp(κ rᵀu − κ) du over S² = 2π (1 − e^{−2κ})/κ.
+        log_f = float(np.log(-2.0 * np.pi * np.expm1(-2.0 * k) / k))
+        return Likelihood(k * (davenport_matrix(self.reference, b / norm) - np.eye(4)), log_f, 2)
+
+
+@dataclass(frozen=True)
+class HeadingSensor:
+    """The heading of a body vector (a magnetometer's share); inclination stays untouched: L = −2κ v vᵀ.
+
+    v = k ⊗ q_h with k the vertical and q_h the predicted mode turned about it until the measured vector's horizontal part
+    points along `reference`. Along turns about the vertical this is the von Mises law exp(κ cos ψ) of the heading
+    error ψ.
+
+    Parameters
+    ----------
+    concentration : float
+        κ > 0; at high values the heading's variance is 1/κ rad².
+    reference : (2,) array_like
+        Where the vector points in the horizontal plane (east, north); the default is (magnetic) north.
+    """
+
+    concentration: float
+    reference: ArrayLike = (0.0, 1.0)
+
+    def __post_init__(self) -> None:
+        if not (np.isfinite(self.concentration) and self.concentration > 0.0):
+            raise InvalidArgumentError("concentration", "a finite number > 0", self.concentration)
+        r = np.asarray(self.reference, dtype=np.float64)
+        if r.shape != (2,) or not (np.all(np.isfinite(r)) and np.linalg.norm(r) > 0.0):
+            raise InvalidArgumentError("reference", "a finite non-zero vector (2,) in the horizontal plane", self.reference)
+
+    def likelihood(self, z: ArrayLike, predicted: Bingham) -> Likelihood:
+        """Return the likelihood of the measured body vector z (3,) about the predicted mode."""
+        b = np.asarray(z, dtype=np.float64)
+        if b.shape != (3,) or not np.all(np.isfinite(b)):
+            raise InvalidArgumentError("z", "a finite vector (3,)", z)
+        east, north = rotate(predicted.mode, b)[:2]
+        if np.hypot(east, north) == 0.0:
+            raise InvalidArgumentError("z", "a vector with a horizontal part", z, "a vertical field has no heading: skip it")
+        r = np.asarray(self.reference, dtype=np.float64)
+        turn = np.arctan2(r[1], r[0]) - np.arctan2(north, east)
+        q = compose(from_rotation_vector([0.0, 0.0, turn]), predicted.mode)
+        v = compose([0.0, 0.0, 0.0, 1.0], q)
+        k = self.concentration
+        return Likelihood(-2.0 * k * np.outer(v, v), float(np.log(2.0 * np.pi * i0e(k))), 1)
