@@ -4,7 +4,14 @@ from __future__ import annotations
 
 from typing import Any
 
-__all__ = ["AccuracyWarning", "BinghamError", "ConvergenceError", "InvalidArgumentError", "MissingExtraError", "RecordingError"]
+__all__ = [
+    "AccuracyWarning",
+    "BinghamError",
+    "ConvergenceError",
+    "InvalidArgumentError",
+    "MissingExtraError",
+    "RecordingError",
+]
 
 
 class AccuracyWarning(UserWarning):
@@ -70,5 +77,7 @@ class MissingExtraError(BinghamError, ImportError):
     """An optional dependency is absent; the message names the extra that brings it."""
 
     def __init__(self, package: str, extra: str, purpose: str) -> None:
-        super().__init__(f"{purpose} needs the package '{package}', which is not installed; "
-                         f"install it with: pip install 'bingham[{extra}]'")
+        super().__init__(
+            f"{purpose} needs the package '{package}', which is not installed; "
+            f"install it with: pip install 'bingham[{extra}]'"
+        )

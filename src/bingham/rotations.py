@@ -5,6 +5,7 @@ A quaternion q turns body vectors into the world: v_world = q ⊗ v_body ⊗ q*.
 
 from __future__ import annotations
 
+import math
 from typing import Any, cast
 
 import numpy as np
@@ -13,8 +14,19 @@ from scipy.spatial.transform import Rotation
 
 from bingham.errors import InvalidArgumentError
 
-__all__ = ["as_quaternion", "canonical", "compose", "conjugate", "continuous", "from_rotation_vector", "left_matrix",
-           "right_matrix", "rotate", "to_rotation", "to_rotation_vector"]  # fmt: skip
+__all__ = [
+    "as_quaternion",
+    "canonical",
+    "compose",
+    "conjugate",
+    "continuous",
+    "from_rotation_vector",
+    "left_matrix",
+    "right_matrix",
+    "rotate",
+    "to_rotation",
+    "to_rotation_vector",
+]
 
 FloatArray = NDArray[np.float64]
 
@@ -50,8 +62,12 @@ def as_quaternion(x: ArrayLike | Rotation, *, scalar_first: bool | None = None, 
     if isinstance(x, Rotation):
         return np.asarray(x.as_quat(scalar_first=True), dtype=np.float64)
     if scalar_first is None:
-        raise InvalidArgumentError("scalar_first", "True for (w, x, y, z) or False for (x, y, z, w)", None,
-                                   "state the order of the array; it is never guessed")  # fmt: skip
+        raise InvalidArgumentError(
+            "scalar_first",
+            "True for (w, x, y, z) or False for (x, y, z, w)",
+            None,
+            "state the order of the array; it is never guessed",
+        )
     q = unit_rows(x, 4, name)
     return q if scalar_first else np.roll(q, 1, axis=-1)
 
@@ -67,9 +83,27 @@ def unit_rows(x: ArrayLike | Rotation, d: int | None, name: str) -> FloatArray:
     off = np.abs(norm - 1.0)
     if not np.all(off <= UNIT_TOLERANCE):
         worst = float(norm.flat[int(np.argmax(np.where(np.isnan(off), np.inf, off)))])
-        raise InvalidArgumentError(name, f"unit vectors within {UNIT_TOLERANCE:g}", f"length {worst:.9g}",
-                                   "normalise them first if that is meant")  # fmt: skip
+        raise InvalidArgumentError(
+            name,
+            f"unit vectors within {UNIT_TOLERANCE:g}",
+            f"length {worst:.9g}",
+            "normalise them first if that is meant",
+        )
     return a / norm
+
+
+def unit_row(x: ArrayLike | Rotation, d: int, name: str) -> FloatArray:
+    """Return one unit vector (d,), as `unit_rows`; fast for float64 arrays that are unit vectors already."""
+    if isinstance(x, np.ndarray) and x.dtype == np.float64 and x.shape == (d,):
+        square = sum([c * c for c in x.tolist()])
+        if abs(square - 1.0) <= 4e-16:
+            return x
+        if abs(square - 1.0) <= UNIT_TOLERANCE:
+            return x / math.sqrt(square)
+    a = unit_rows(x, d, name)
+    if a.shape != (d,):
+        raise InvalidArgumentError(name, f"a single unit vector ({d},)", a.shape)
+    return a
 
 
 def compose(p: ArrayLike, q: ArrayLike) -> FloatArray:

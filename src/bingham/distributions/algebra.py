@@ -8,6 +8,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from bingham.errors import InvalidArgumentError
+from bingham.kernels.batch import batch_diagonalize_4
+from bingham.kernels.normalizer import LARGEST
+from bingham.kernels.single import composed_2, composed_4
 from bingham.rotations import compose, conjugate
 
 __all__ = ["NoiseParts", "compose_spectra", "noise_parts", "sorted_spectrum", "spectral"]
@@ -31,8 +34,6 @@ class NoiseParts(NamedTuple):
 
 def sorted_spectrum(z: ArrayLike, frame: ArrayLike) -> tuple[FloatArray, FloatArray]:
     """Return z (..., d) ascending with last entry 0 and the columns of frame (..., d, d) in the same order."""
-    from bingham.kernels.normalizer import LARGEST
-
     a, m = np.asarray(z, dtype=np.float64), np.asarray(frame, dtype=np.float64)
     if a.ndim == 0 or a.shape[-1] < 2:
         raise InvalidArgumentError("z", "shape (..., d) with d >= 2", a.shape)
@@ -44,8 +45,12 @@ def sorted_spectrum(z: ArrayLike, frame: ArrayLike) -> tuple[FloatArray, FloatAr
     gram = np.swapaxes(m, -1, -2) @ m
     off = np.abs(gram - np.eye(d)).max(initial=0.0)
     if not off <= ORTHOGONAL_TOLERANCE:
-        raise InvalidArgumentError("M", f"an orthogonal matrix within {ORTHOGONAL_TOLERANCE:g}",
-                                   f"max |MᵀM − I| = {off:.3g}", "orthonormalise its columns, or use from_matrix")  # fmt: skip
+        raise InvalidArgumentError(
+            "M",
+            f"an orthogonal matrix within {ORTHOGONAL_TOLERANCE:g}",
+            f"max |MᵀM − I| = {off:.3g}",
+            "orthonormalise its columns, or use from_matrix",
+        )
     shape = np.broadcast_shapes(a.shape[:-1], m.shape[:-2])
     a, m = np.broadcast_to(a, (*shape, d)), np.broadcast_to(m, (*shape, d, d))
     order = np.argsort(a, axis=-1, kind="stable")
@@ -65,13 +70,15 @@ def spectral(matrix: ArrayLike, name: str) -> tuple[FloatArray, FloatArray]:
         raise InvalidArgumentError(name, "finite entries", "NaN or infinity")
     skew = np.abs(a - np.swapaxes(a, -1, -2)).max(initial=0.0)
     if skew > SYMMETRY_TOLERANCE * max(1.0, float(np.abs(a).max(initial=0.0))):
-        raise InvalidArgumentError(name, "a symmetric matrix", f"max |{name} − {name}ᵀ| = {skew:.3g}",
-                                   f"symmetrise it: ({name} + {name}.T) / 2")  # fmt: skip
+        raise InvalidArgumentError(
+            name,
+            "a symmetric matrix",
+            f"max |{name} − {name}ᵀ| = {skew:.3g}",
+            f"symmetrise it: ({name} + {name}.T) / 2",
+        )
     d = a.shape[-1]
     if d != 4:
         return np.linalg.eigh(a)
-    from bingham.kernels.batch import batch_diagonalize_4
-
     # LAPACK gives a good frame cheaply; Jacobi in that frame restores the relative accuracy of small eigenvalues.
     rows = a.reshape(-1, d, d)
     frames = np.ascontiguousarray(np.swapaxes(np.linalg.eigh(rows)[1], -1, -2))
@@ -90,14 +97,18 @@ def noise_parts(z: FloatArray, frame: FloatArray, w: FloatArray, *, left: bool =
     return NoiseParts(mode, np.ascontiguousarray((e.T * w[: d - 1]) @ e), float(w[-1]))
 
 
-def compose_spectra(z: FloatArray, frame: FloatArray, noise: NoiseParts, *, left: bool = False) -> tuple[FloatArray, FloatArray, float]:
+def compose_spectra(
+    z: FloatArray, frame: FloatArray, noise: NoiseParts, *, left: bool = False
+) -> tuple[FloatArray, FloatArray, float]:
     """Return (z', M', log F') of the moment-matched law of x ⊕ v (left: v ⊕ x) for one law x, d = 2 or 4."""
-    from bingham.kernels.single import composed_2, composed_4
-
     d = z.shape[-1]
     if z.ndim != 1 or d not in (2, 4):
-        raise InvalidArgumentError("self", "a single law of dimension 2 or 4", f"shape {z.shape}",
-                                   "compose batches one by one, or use BinghamFilter.run")  # fmt: skip
+        raise InvalidArgumentError(
+            "self",
+            "a single law of dimension 2 or 4",
+            f"shape {z.shape}",
+            "compose batches one by one, or use BinghamFilter.run",
+        )
     if d == 2:
         return composed_2(z, frame, noise.mode, noise.tangent[0, 0])
     return composed_4(z, frame, noise.mode, noise.tangent, noise.weight, left)

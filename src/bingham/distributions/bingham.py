@@ -7,9 +7,11 @@ from typing import TYPE_CHECKING, Any, Literal, NamedTuple, NoReturn, Self
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from bingham.distributions.algebra import noise_parts, sorted_spectrum, spectral
+from bingham.distributions.algebra import compose_spectra, noise_parts, sorted_spectrum, spectral
 from bingham.distributions.normalizer import log_normalizer, log_normalizer_derivatives, solve_moments
+from bingham.distributions.uncertainty import covariance, credible_angle, moment_from_covariance, standard_errors
 from bingham.errors import InvalidArgumentError
+from bingham.kernels.envelope import sample_diagonal
 from bingham.rotations import compose, conjugate, unit_rows
 
 if TYPE_CHECKING:
@@ -74,8 +76,8 @@ class Bingham:
         self._set(spectrum, frame, None, None)
 
     def _set(self, z: FloatArray, frame: FloatArray, log_f: Any, w: FloatArray | None) -> None:
-        z.flags.writeable = False
-        frame.flags.writeable = False
+        z.setflags(write=False)
+        frame.setflags(write=False)
         put = object.__setattr__
         put(self, "_z", z)
         put(self, "_M", frame)
@@ -129,8 +131,12 @@ class Bingham:
         w, frame = spectral(S, "S")
         d = w.shape[-1]
         if not np.all(w[..., 0] > d * np.finfo(np.float64).eps * w[..., -1]):
-            raise InvalidArgumentError("S", "a positive definite second moment", f"smallest eigenvalue {w[..., 0].min():.3g}",
-                                       "the data lie on a smaller sphere; drop that axis or add their noise variance")  # fmt: skip
+            raise InvalidArgumentError(
+                "S",
+                "a positive definite second moment",
+                f"smallest eigenvalue {w[..., 0].min():.3g}",
+                "the data lie on a smaller sphere; drop that axis or add their noise variance",
+            )
         total = w.sum(axis=-1)
         if not np.all(np.abs(total - 1.0) <= 1e-8):
             raise InvalidArgumentError("S", "trace 1 within 1e-8", total, "divide by the trace")
@@ -238,7 +244,9 @@ class Bingham:
             raise InvalidArgumentError("index", "a batch of laws", "a single law")
         index = index if isinstance(index, tuple) else (index,)
         part = (*index, ...) if Ellipsis not in index else index
-        return Bingham.from_spectrum(np.array(self._z[(*part, slice(None))]), np.array(self._M[(*part, slice(None), slice(None))]))
+        return Bingham.from_spectrum(
+            np.array(self._z[(*part, slice(None))]), np.array(self._M[(*part, slice(None), slice(None))])
+        )
 
     # Density and moments
 
@@ -272,8 +280,6 @@ class Bingham:
         rng : None, int or numpy.random.Generator
             Passed to ``numpy.random.default_rng``; the same seed gives the same samples.
         """
-        from bingham.kernels.envelope import sample_diagonal
-
         generator = np.random.default_rng(rng)
         dims = () if size is None else (size,) if isinstance(size, int) else tuple(size)
         count = int(np.prod(dims, dtype=np.int64))
@@ -316,10 +322,10 @@ class Bingham:
         >>> p.compose(p).z.round(3)
         array([-400.753, -400.753, -400.753,    0.   ])
         """
-        from bingham.distributions.algebra import compose_spectra
-
         self._check_same_dimension(other)
-        return Bingham.from_spectrum(*compose_spectra(self._z, self._M, noise_parts(other._z, other._M, other.axis_moments)))
+        return Bingham.from_spectrum(
+            *compose_spectra(self._z, self._M, noise_parts(other._z, other._M, other.axis_moments))
+        )
 
     def composed_logpdf(self, other: Bingham, x: ArrayLike | Rotation) -> Any:
         """Return the log-density of the true law of a ⊕ b at x (..., d), a ~ self, b ~ other; d = 2 or 4.
@@ -362,8 +368,6 @@ class Bingham:
         Fisher information: n ∂²log F/∂z² for the concentrations and 2n (zᵢ − zⱼ)(ωᵢ − ωⱼ) for the angle between
         axes i and j.
         """
-        from bingham.distributions.uncertainty import standard_errors
-
         return StandardErrors(*standard_errors(self._z, n))
 
     def credible_angle(self, p: ArrayLike) -> Any:
@@ -372,11 +376,11 @@ class Bingham:
         The angle is the one on the sphere, arccos |xᵀ mode|; the angle of the *rotation* is twice that (d = 4).
         p (...) in [0, 1] broadcasts against the batch.
         """
-        from bingham.distributions.uncertainty import credible_angle
-
         return credible_angle(self._z, p)
 
-    def covariance(self, *, frame: Literal["body", "world"], undefined: Literal["raise", "nan"] = "raise") -> FloatArray:
+    def covariance(
+        self, *, frame: Literal["body", "world"], undefined: Literal["raise", "nan"] = "raise"
+    ) -> FloatArray:
         """Return the 3×3 covariance (..., 3, 3), rad², of the rotation vector about the mode; d = 4.
 
         C = 4 E[v vᵀ] with v the vector part of mode* ⊗ q (frame="body") or q ⊗ mode* (frame="world"): the covariance of
@@ -390,15 +394,13 @@ class Bingham:
             What to do where the mode is not twice as heavy (E[(mᵀx)²]) as every other axis, that is near girdles and
             the uniform law, where a covariance about one mode says nothing.
         """
-        from bingham.distributions.uncertainty import covariance
-
         return covariance(self._M, self.axis_moments, frame, undefined)
 
     @classmethod
-    def from_covariance(cls, mode: ArrayLike | Rotation, covariance: ArrayLike, *, frame: Literal["body", "world"]) -> Self:
+    def from_covariance(
+        cls, mode: ArrayLike | Rotation, covariance: ArrayLike, *, frame: Literal["body", "world"]
+    ) -> Self:
         """Return the law about the unit quaternion mode (..., 4) with the given `covariance` (..., 3, 3), rad²."""
-        from bingham.distributions.uncertainty import moment_from_covariance
-
         w, axes = moment_from_covariance(unit_rows(mode, 4, "mode"), covariance, frame)
         z, log_f, _ = solve_moments(w)
         return cls.from_spectrum(z, axes, log_f)

@@ -9,6 +9,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from bingham.errors import AccuracyWarning, ConvergenceError, InvalidArgumentError
+from bingham.kernels.batch import batch_concentrations, batch_derivatives
+from bingham.kernels.contour import log_normalizer_array
+from bingham.kernels.normalizer import LARGEST
 
 __all__ = ["concentrations", "log_normalizer", "log_normalizer_derivatives", "moments", "solve_moments"]
 
@@ -25,15 +28,17 @@ def _rows(x: ArrayLike, name: str) -> FloatArray:
     if a.ndim == 0 or a.shape[-1] < 2:
         raise InvalidArgumentError(name, "shape (..., d) with d >= 2", a.shape)
     if a.shape[-1] > CHECKED_DIMENSION:
-        warnings.warn(f"{name}: dimension {a.shape[-1]} is beyond {CHECKED_DIMENSION}, to which the normaliser is "
-                      "checked; expect 1e-8 at d = 80 and 1e-4 at d = 100", AccuracyWarning, stacklevel=3)  # fmt: skip
+        warnings.warn(
+            f"{name}: dimension {a.shape[-1]} is beyond {CHECKED_DIMENSION}, to which the normaliser is "
+            "checked; expect 1e-8 at d = 80 and 1e-4 at d = 100",
+            AccuracyWarning,
+            stacklevel=3,
+        )
     return a
 
 
 def _concentration_rows(z: ArrayLike) -> tuple[FloatArray, FloatArray]:
     """Return rows (n, d) with max 0 and the maxima (n,)."""
-    from bingham.kernels.normalizer import LARGEST
-
     a = _rows(z, "z")
     top = a.max(axis=-1, keepdims=True)
     shifted = a - top
@@ -75,8 +80,6 @@ def log_normalizer(z: Any) -> Any:
     """
     library = type(z).__module__.partition(".")[0]
     if library in ("torch", "jax", "jaxlib", "cupy"):
-        from bingham.kernels.contour import log_normalizer_array
-
         return log_normalizer_array(z)
     return log_normalizer_derivatives(z)[0]
 
@@ -86,8 +89,6 @@ def log_normalizer_derivatives(z: ArrayLike) -> tuple[FloatArray, FloatArray, Fl
 
     ωᵢ = ∂ log F/∂zᵢ = E[xᵢ²] and ∂ωᵢ/∂zⱼ = Cov(xᵢ², xⱼ²) for x with density exp(Σ zᵢ xᵢ²)/F.
     """
-    from bingham.kernels.batch import batch_derivatives
-
     rows, top = _concentration_rows(z)
     n, d = rows.shape
     log_f, gradient, hessian = np.empty(n), np.empty((n, d)), np.empty((n, d, d))
@@ -142,24 +143,33 @@ def concentrations(w: ArrayLike) -> FloatArray:
 
 def solve_moments(w: ArrayLike) -> tuple[FloatArray, FloatArray, NDArray[np.int64]]:
     """Return concentrations z (..., d), log F(z) (...) and the evaluations (...) that Newton's method took."""
-    from bingham.kernels.batch import batch_concentrations
-
     a = _rows(w, "w")
     if not np.all(a > 0.0):
         bad = a[~(a > 0.0)].flat[0]
-        raise InvalidArgumentError("w", "positive second moments", bad, "a zero moment means a law on a smaller sphere: "
-                                   "drop that axis, or add the variance that rounding or noise hides")  # fmt: skip
+        raise InvalidArgumentError(
+            "w",
+            "positive second moments",
+            bad,
+            "a zero moment means a law on a smaller sphere: "
+            "drop that axis, or add the variance that rounding or noise hides",
+        )
     total = a.sum(axis=-1, keepdims=True)
     if not np.all(np.abs(total - 1.0) <= SUM_TOLERANCE):
         worst = total.flat[int(np.argmax(np.abs(total - 1.0)))]
-        raise InvalidArgumentError("w", f"rows with sum 1 within {SUM_TOLERANCE:g}", f"sum {worst!r}",
-                                   "divide by the sum if they are unnormalised moments")  # fmt: skip
+        raise InvalidArgumentError(
+            "w",
+            f"rows with sum 1 within {SUM_TOLERANCE:g}",
+            f"sum {worst!r}",
+            "divide by the sum if they are unnormalised moments",
+        )
     d = a.shape[-1]
     rows = np.ascontiguousarray((a / total).reshape(-1, d))
     z, log_f, evaluations = np.empty_like(rows), np.empty(len(rows)), np.empty(len(rows), dtype=np.int64)
     batch_concentrations(rows, z, log_f, evaluations)
     if np.any(evaluations < 0):
         worst_row = int(np.argmin(evaluations))
-        raise ConvergenceError(f"concentrations: Newton's method did not converge for w = {rows[worst_row]}", z[worst_row])
+        raise ConvergenceError(
+            f"concentrations: Newton's method did not converge for w = {rows[worst_row]}", z[worst_row]
+        )
     shape = a.shape[:-1]
     return z.reshape(a.shape), log_f.reshape(shape)[()], evaluations.reshape(shape)

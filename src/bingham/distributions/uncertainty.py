@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.optimize import brentq
+from scipy.optimize import root_scalar
 
 from bingham.distributions.normalizer import log_normalizer, log_normalizer_derivatives
 from bingham.errors import InvalidArgumentError
@@ -66,7 +66,10 @@ def credible_angle(z: FloatArray, p: ArrayLike) -> Any:
         elif _probability(row, log_f, far) <= level:
             out[i] = far
         else:
-            out[i] = brentq(lambda a, r=row, f=log_f, q=level: _probability(r, f, a) - q, 0.0, far, xtol=1e-14, rtol=1e-12)
+            solution = root_scalar(
+                lambda a, r=row, f=log_f, q=level: _probability(r, f, a) - q, bracket=(0.0, far), xtol=1e-14, rtol=1e-12
+            )
+            out[i] = solution.root
     return out.reshape(shape)[()]
 
 
@@ -85,9 +88,12 @@ def covariance(M: FloatArray, w: FloatArray, frame: str, undefined: str) -> Floa
         raise InvalidArgumentError("undefined", "'raise' or 'nan'", repr(undefined))
     vague = 2.0 * w[..., 2] > w[..., 3]
     if undefined == "raise" and np.any(vague):
-        raise InvalidArgumentError("self", "a law with one clear mode (twice as heavy as any other axis)",
-                                   f"moments {w[vague][0] if w.ndim > 1 else w}",
-                                   "use moment() or credible_angle(), or pass undefined='nan'")  # fmt: skip
+        raise InvalidArgumentError(
+            "self",
+            "a law with one clear mode (twice as heavy as any other axis)",
+            f"moments {w[vague][0] if w.ndim > 1 else w}",
+            "use moment() or credible_angle(), or pass undefined='nan'",
+        )
     axes = np.swapaxes(M, -1, -2)
     back = conjugate(M[..., None, :, 3])
     e = (compose(back, axes) if body else compose(axes, back))[..., :3, 1:]
@@ -101,19 +107,27 @@ def moment_from_covariance(mode: FloatArray, c: ArrayLike, frame: str) -> tuple[
     a = np.asarray(c, dtype=np.float64)
     if a.shape[-2:] != (3, 3):
         raise InvalidArgumentError("covariance", "shape (..., 3, 3), rad²", a.shape)
-    if not np.all(np.isfinite(a)) or np.abs(a - np.swapaxes(a, -1, -2)).max(initial=0.0) > 1e-8 * np.abs(a).max(initial=0.0):
+    if not np.all(np.isfinite(a)) or np.abs(a - np.swapaxes(a, -1, -2)).max(initial=0.0) > 1e-8 * np.abs(a).max(
+        initial=0.0
+    ):
         raise InvalidArgumentError("covariance", "finite and symmetric", a)
     values, vectors = np.linalg.eigh(a)
     tangent = 0.25 * values
     weight = 1.0 - tangent.sum(axis=-1)
     if not (np.all(tangent > 0.0) and np.all(weight > tangent[..., 2])):
-        raise InvalidArgumentError("covariance", "positive definite with a trace small enough for a mode (below about 2 rad²)", a,
-                                   "start from a girdle or the uniform law instead")  # fmt: skip
+        raise InvalidArgumentError(
+            "covariance",
+            "positive definite with a trace small enough for a mode (below about 2 rad²)",
+            a,
+            "start from a girdle or the uniform law instead",
+        )
     # Descending variance is ascending moment order reversed: rows from the narrowest to the widest, then the mode.
     e = np.concatenate([np.zeros((*values.shape, 1)), np.swapaxes(vectors, -1, -2)], axis=-1)
     axes = compose(mode[..., None, :], e) if body else compose(e, mode[..., None, :])
     shape = np.broadcast_shapes(axes.shape[:-2], mode.shape[:-1])
-    rows = np.concatenate([np.broadcast_to(axes, (*shape, 3, 4)), np.broadcast_to(mode[..., None, :], (*shape, 1, 4))], axis=-2)
+    rows = np.concatenate(
+        [np.broadcast_to(axes, (*shape, 3, 4)), np.broadcast_to(mode[..., None, :], (*shape, 1, 4))], axis=-2
+    )
     w = np.concatenate([tangent, weight[..., None]], axis=-1)
     return np.ascontiguousarray(np.broadcast_to(w, (*shape, 4))), np.ascontiguousarray(np.swapaxes(rows, -1, -2))
 
@@ -128,7 +142,9 @@ def standard_errors(z: FloatArray, n: float) -> tuple[FloatArray, FloatArray]:
     # Scaled to unit diagonal before the inversion: its entries span the square of the spectrum.
     scale = np.sqrt(np.einsum("...ii->...i", information))
     inverse = np.linalg.inv(information / (scale[..., :, None] * scale[..., None, :]))
-    error_z = np.concatenate([np.sqrt(np.einsum("...ii->...i", inverse)) / scale, np.zeros((*z.shape[:-1], 1))], axis=-1)
+    error_z = np.concatenate(
+        [np.sqrt(np.einsum("...ii->...i", inverse)) / scale, np.zeros((*z.shape[:-1], 1))], axis=-1
+    )
     gap = (z[..., :, None] - z[..., None, :]) * (w[..., :, None] - w[..., None, :])
     with np.errstate(divide="ignore"):
         axes = 1.0 / np.sqrt(2.0 * n * np.maximum(gap, 0.0))

@@ -27,7 +27,7 @@ class BinghamFilter:
     Parameters
     ----------
     process_noise : Bingham or MotionModel
-        A Bingham law w stands for x' = x ⊕ w once per step; `models.motion` has controls, gyroscopes and irregular time.
+        A Bingham law w stands for x' = x ⊕ w once per step; `models.motion` has controls, gyroscopes, irregular time.
     measurement_noise : Bingham or Sensor
         A Bingham law v stands for z = x ⊕ v; `models.sensors` has vectors and headings.
     noise_side : {"right", "left"}
@@ -61,8 +61,9 @@ class BinghamFilter:
         put(self, "_motion", NoisyIdentity(w, left) if isinstance(w, Bingham) else w)
         put(self, "_sensor", OrientationSensor(v, left) if isinstance(v, Bingham) else v)
         if isinstance(self.sensor, OrientationSensor) and self.sensor.noise.dim != self.motion.dim:
-            raise InvalidArgumentError("measurement_noise", f"dimension {self.motion.dim}, as the process noise",
-                                       self.sensor.noise.dim)  # fmt: skip
+            raise InvalidArgumentError(
+                "measurement_noise", f"dimension {self.motion.dim}, as the process noise", self.sensor.noise.dim
+            )
 
     @property
     def motion(self) -> MotionModel:

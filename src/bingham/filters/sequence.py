@@ -32,8 +32,12 @@ def time_steps(times: ArrayLike, start_time: float | None, count: int) -> FloatA
     wrong = wrong[(wrong > 0) | ~(steps[wrong] == 0.0)]
     if wrong.size:
         i = int(wrong[0])
-        raise InvalidArgumentError("times", "strictly increasing seconds, from start_time on", f"{t[i]!r} at row {i}",
-                                   "sort the rows and drop repeated ones")  # fmt: skip
+        raise InvalidArgumentError(
+            "times",
+            "strictly increasing seconds, from start_time on",
+            f"{t[i]!r} at row {i}",
+            "sort the rows and drop repeated ones",
+        )
     return steps
 
 
@@ -46,8 +50,12 @@ def _unit_or_missing(x: ArrayLike, d: int, name: str) -> FloatArray:
     wrong = np.flatnonzero((np.abs(norm - 1.0) > UNIT_TOLERANCE).ravel() & ~missing.ravel())
     if wrong.size:
         i = int(wrong[0])
-        raise InvalidArgumentError(name, f"unit vectors within {UNIT_TOLERANCE:g}, or NaN for a missing row",
-                                   f"length {norm.ravel()[i]:.9g} at row {i}", "normalise them first if that is meant")  # fmt: skip
+        raise InvalidArgumentError(
+            name,
+            f"unit vectors within {UNIT_TOLERANCE:g}, or NaN for a missing row",
+            f"length {norm.ravel()[i]:.9g} at row {i}",
+            "normalise them first if that is meant",
+        )
     a /= norm[..., None]
     a[missing] = np.nan
     return a
@@ -67,17 +75,23 @@ def run_conjugate(
 
     motion, sensor = bingham_filter.motion, bingham_filter.sensor
     if not isinstance(sensor, OrientationSensor) or not isinstance(motion, (NoisyIdentity, Diffusion, Gyroscope)):
-        raise InvalidArgumentError("self", "an orientation sensor and a motion model of this package",
-                                   f"{type(sensor).__name__}, {type(motion).__name__}",
-                                   "call predict and update row by row, or use ImuFilter for inertial recordings")  # fmt: skip
+        raise InvalidArgumentError(
+            "self",
+            "an orientation sensor and a motion model of this package",
+            f"{type(sensor).__name__}, {type(motion).__name__}",
+            "call predict and update row by row, or use ImuFilter for inertial recordings",
+        )
     if keep not in ("all", "last"):
         raise InvalidArgumentError("keep", "'all' or 'last'", repr(keep))
     d = motion.dim
     y = _unit_or_missing(measurements, d, "measurements")
     batched = y.ndim == 3
     if prior.dim != d or len(prior.shape) > 1 or (prior.shape and not batched):
-        raise InvalidArgumentError("prior", f"a law of dimension {d}" + (", single or one for each recording" if batched else ""),
-                                   f"dimension {prior.dim}, batch {prior.shape}")  # fmt: skip
+        raise InvalidArgumentError(
+            "prior",
+            f"a law of dimension {d}" + (", single or one for each recording" if batched else ""),
+            f"dimension {prior.dim}, batch {prior.shape}",
+        )
     if not batched:
         y = y[None]
     count, length = y.shape[:2]
@@ -89,9 +103,13 @@ def run_conjugate(
         raise InvalidArgumentError("times", "seconds of each measurement, for motion in continuous time", None)
     if not continuous and times is not None:
         steps = time_steps(times, start_time, length)
-        if np.ptp(steps[1:], initial=steps[-1]) > 1e-3 * steps[-1]:
-            raise InvalidArgumentError("times", "regular times for a noise given once per step", "irregular ones",
-                                       "use models.motion.Diffusion or Gyroscope, which scale with time")  # fmt: skip
+        if length > 2 and np.ptp(steps[1:]) > 1e-3 * steps[-1]:
+            raise InvalidArgumentError(
+                "times",
+                "regular times for a noise given once per step",
+                "irregular ones",
+                "use models.motion.Diffusion or Gyroscope, which scale with time",
+            )
     steps = np.ones(length) if times is None else time_steps(times, start_time, length)
     turns = _controls(motion, controls, steps, count, length, d)
     mixes = np.empty(0)
@@ -115,8 +133,12 @@ def run_conjugate(
     if d == 4:
         left = isinstance(motion, NoisyIdentity) and motion.left
         if left != sensor.left and not (np.ptp(noise.z[:3]) == 0.0 and abs(noise.mode[0]) == 1.0):
-            raise InvalidArgumentError("noise_side", "process and measurement noise on the same side for run", "different sides",
-                                       "call predict and update row by row")  # fmt: skip
+            raise InvalidArgumentError(
+                "noise_side",
+                "process and measurement noise on the same side for run",
+                "different sides",
+                "call predict and update row by row",
+            )
         weight = 1.0 if parts is None else parts.weight
         common = (mode, tangent, weight, left)
         sensed = (np.array(noise.z), sensor.frame, log_f, threshold)
@@ -133,13 +155,21 @@ def run_conjugate(
             step.run_2(z[0], frames[0], turns[0], mixes, *common, y[0], *sensed, *(r[0] for r in results))
     time = None if times is None else np.array(times, dtype=np.float64)
     columns = np.ascontiguousarray(np.swapaxes(out_frames, -1, -2))
-    arrays = (out_z, columns, evidence, statistic, decision)
-    if not batched:
-        arrays = tuple(a[0] for a in arrays)
-    return Track(time if keep == "all" or time is None else time[-1:], *arrays, threshold=threshold)
+    first = slice(None) if batched else 0
+    return Track(
+        time if keep == "all" or time is None else time[-1:],
+        out_z[first],
+        columns[first],
+        evidence[first],
+        statistic[first],
+        decision[first],
+        threshold=threshold,
+    )
 
 
-def _controls(motion: object, controls: ArrayLike | None, steps: FloatArray, count: int, length: int, d: int) -> FloatArray:
+def _controls(
+    motion: object, controls: ArrayLike | None, steps: FloatArray, count: int, length: int, d: int
+) -> FloatArray:
     """Known rotations (B, T, d), or (B, 0, d) without any."""
     if controls is None:
         if isinstance(motion, (KnownRotation, Gyroscope)):

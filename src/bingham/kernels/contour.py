@@ -38,7 +38,7 @@ def log_normalizer_array(z: Any) -> Any:
     """
     xp: Any
     if type(z).__module__.partition(".")[0] == "torch":
-        import torch as xp
+        import torch as xp  # pyright: ignore[reportMissingImports]
 
         top = xp.max(z, dim=-1, keepdim=True).values
         z = z - top

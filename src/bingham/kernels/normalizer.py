@@ -6,7 +6,8 @@ F(z) = ∫_{S^{d−1}} exp(Σ zᵢ xᵢ²) dx = 2 π^{d/2} L⁻¹{∏ᵢ (s − 
 
 The nodes sₖ are the poles of the near-best (Carathéodory–Fejér) 16-pole rational approximation of eˢ on (−∞, 0]
 (Trefethen, Weideman & Schmelzer 2006), shifted by ½; nodes and weights were then refined in high precision on F over a
-family of spectra. ``tests/reference/derive_rule.py`` derives them and measures their error: below 2e-13 for d ≤ 10. ∂/∂zᵢ multiplies a term by ½/(sₖ−zᵢ); second derivatives by ¼/((sₖ−zᵢ)(sₖ−zⱼ)) and ¾/(sₖ−zᵢ)².
+family of spectra. ``tests/reference/derive_rule.py`` derives them and measures their error: below 2e-13 for d ≤ 10.
+∂/∂zᵢ multiplies a term by ½/(sₖ−zᵢ); second derivatives by ¼/((sₖ−zᵢ)(sₖ−zⱼ)) and ¾/(sₖ−zᵢ)².
 
 Every function here wants max z = 0 and |z| ≤ ``LARGEST``; the facades see to both.
 """

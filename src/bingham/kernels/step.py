@@ -128,7 +128,7 @@ def _posterior_4(z, frame, work):
 
 @compiled()
 def update_4(z, frame, likelihood_z, likelihood_frame, work):
-    """Multiply by exp(Σ likelihood_z[m] (n_mᵀ x)²), n_m = likelihood_frame[m]; return the largest eigenvalue of the sum.
+    """Multiply by exp(Σ likelihood_z[m] (n_mᵀ x)²), n_m = likelihood_frame[m]; return the largest eigenvalue.
 
     Posterior A + L in place (Kurz et al. 2014, eq. 53). log F(A + L) = log F(z) + the returned value.
     """
@@ -166,9 +166,7 @@ def add_matrix_4(z, frame, matrix, work):
             )
     for i in range(4):
         for j in range(i, 4):
-            b[i, j] = (
-                c[i, 0] * frame[j, 0] + c[i, 1] * frame[j, 1] + c[i, 2] * frame[j, 2] + c[i, 3] * frame[j, 3]
-            )
+            b[i, j] = c[i, 0] * frame[j, 0] + c[i, 1] * frame[j, 1] + c[i, 2] * frame[j, 2] + c[i, 3] * frame[j, 3]
     return _posterior_4(z, frame, work)
 
 

@@ -1,7 +1,7 @@
 """Motion models: how a law moves and widens between two measurements.
 
-Each is a small frozen value with ``propagate(state, control, dt) -> Bingham``; ``left`` says on which side its noise acts:
-x ⊕ w (False; body frame, Kurz et al.) or w ⊕ x (True; world frame, Glover & Kaelbling).
+Each is a small frozen value with ``propagate(state, control, dt) -> Bingham``; ``left`` says on which side
+its noise acts: x ⊕ w (False; body frame, Kurz et al.) or w ⊕ x (True; world frame, Glover & Kaelbling).
 """
 
 from __future__ import annotations
@@ -16,6 +16,8 @@ from numpy.typing import ArrayLike, NDArray
 from bingham.distributions.algebra import NoiseParts, compose_spectra, noise_parts
 from bingham.distributions.bingham import Bingham
 from bingham.errors import InvalidArgumentError
+from bingham.kernels.moments import concentrations_2
+from bingham.kernels.single import diffused_4
 from bingham.rotations import from_rotation_vector, unit_rows
 
 __all__ = ["Diffusion", "Gyroscope", "KnownRotation", "MotionModel", "NoisyIdentity", "diffusion_mix"]
@@ -37,7 +39,7 @@ class MotionModel(Protocol):
 
 
 def diffusion_mix(variance: ArrayLike, d: int) -> FloatArray:
-    """Return 1 − e^{−σ²t} (d = 4) or 1 − e^{−2σ²t} (d = 2): the share of S that isotropic Brownian motion makes uniform.
+    """Return 1 − e^{−σ²t} (d = 4) or 1 − e^{−2σ²t} (d = 2): the share of S that Brownian motion makes uniform.
 
     S' = I/d + (1 − mix)(S − I/d), exact for every σ²t (rad² per axis): x xᵀ − I/d lies in one eigenspace of the
     Laplacian, of rotations about 3 axes with rates σ² or of the angle in the plane.
@@ -46,9 +48,6 @@ def diffusion_mix(variance: ArrayLike, d: int) -> FloatArray:
 
 
 def _diffused(state: Bingham, mix: float) -> Bingham:
-    from bingham.kernels.moments import concentrations_2
-    from bingham.kernels.single import diffused_4
-
     if state.dim == 4:
         z, log_f = diffused_4(state.z, mix)
     else:
@@ -60,7 +59,9 @@ def _diffused(state: Bingham, mix: float) -> Bingham:
 
 def _single(state: Bingham, d: int) -> None:
     if state.dim != d or state.shape:
-        raise InvalidArgumentError("state", f"a single law of dimension {d}", f"dimension {state.dim}, batch {state.shape}")
+        raise InvalidArgumentError(
+            "state", f"a single law of dimension {d}", f"dimension {state.dim}, batch {state.shape}"
+        )
 
 
 def _time_step(dt: float | None) -> float:

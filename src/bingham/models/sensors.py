@@ -15,16 +15,25 @@ from scipy.special import i0e
 
 from bingham.distributions.bingham import Bingham
 from bingham.errors import InvalidArgumentError
-from bingham.rotations import compose, conjugate, from_rotation_vector, rotate, unit_rows
+from bingham.kernels.single import added_4, updated_2, updated_4
+from bingham.rotations import compose, conjugate, from_rotation_vector, rotate, unit_row, unit_rows
 
-__all__ = ["Conditioned", "HeadingSensor", "Likelihood", "OrientationSensor", "Sensor", "VectorSensor", "condition",
-           "davenport_matrix"]  # fmt: skip
+__all__ = [
+    "Conditioned",
+    "HeadingSensor",
+    "Likelihood",
+    "OrientationSensor",
+    "Sensor",
+    "VectorSensor",
+    "condition",
+    "davenport_matrix",
+]
 
 FloatArray = NDArray[np.float64]
 
 
 class Likelihood(NamedTuple):
-    """f(z | x) = exp(xᵀ matrix x − log_normalizer): largest eigenvalue of matrix (d, d) 0, rank = degrees of freedom."""
+    """f(z | x) = exp(xᵀ matrix x − log_normalizer): largest eigenvalue of matrix (d, d) 0; rank: degrees of freedom."""
 
     matrix: FloatArray
     log_normalizer: float
@@ -56,8 +65,6 @@ def condition(state: Bingham, sensor: Sensor, z: ArrayLike) -> Conditioned:
     if likelihood.matrix.shape != (state.dim, state.dim) or state.shape:
         raise InvalidArgumentError("state", f"a single law of dimension {likelihood.matrix.shape[-1]}", repr(state))
     if state.dim == 4:
-        from bingham.kernels.single import added_4
-
         frame_z, frame, log_f, top = added_4(state.z, state.M, likelihood.matrix)
         law = Bingham.from_spectrum(frame_z, frame, log_f)
     else:
@@ -108,16 +115,11 @@ class OrientationSensor:
 
     def condition(self, state: Bingham, z: ArrayLike) -> Conditioned:
         """Return the posterior without forming L, which keeps the digits of very different concentrations."""
-        from bingham.kernels.single import updated_2, updated_4
-
-        d = self.noise.dim
-        if state.dim != d or state.shape:
-            raise InvalidArgumentError("state", f"a single law of dimension {d}", repr(state))
-        y = z if isinstance(z, np.ndarray) and z.dtype == np.float64 and z.shape == (d,) else unit_rows(z, d, "z")
-        square = float(y @ y)
-        if y.shape != (d,) or not abs(square - 1.0) <= 1e-15:
-            y = unit_rows(y, d, "z").reshape(d)
         noise = self.noise
+        d = noise.dim
+        if state.z.shape != (d,):
+            raise InvalidArgumentError("state", f"a single law of dimension {d}", repr(state))
+        y = unit_row(z, d, "z")
         if d == 4:
             posterior = updated_4(state.z, state.M, y, noise.z, self.frame, self.left)
         else:
@@ -179,8 +181,8 @@ class VectorSensor:
 class HeadingSensor:
     """The heading of a body vector (a magnetometer's share); inclination stays untouched: L = −2κ v vᵀ.
 
-    v = k ⊗ q_h with k the vertical and q_h the predicted mode turned about it until the measured vector's horizontal part
-    points along `reference`. Along turns about the vertical this is the von Mises law exp(κ cos ψ) of the heading
+    v = k ⊗ q_h with k the vertical and q_h the predicted mode turned about it until the measured vector's horizontal
+    part points along `reference`. Along turns about the vertical this is the von Mises law exp(κ cos ψ) of the heading
     error ψ.
 
     Parameters
@@ -199,7 +201,9 @@ class HeadingSensor:
             raise InvalidArgumentError("concentration", "a finite number > 0", self.concentration)
         r = np.asarray(self.reference, dtype=np.float64)
         if r.shape != (2,) or not (np.all(np.isfinite(r)) and np.linalg.norm(r) > 0.0):
-            raise InvalidArgumentError("reference", "a finite non-zero vector (2,) in the horizontal plane", self.reference)
+            raise InvalidArgumentError(
+                "reference", "a finite non-zero vector (2,) in the horizontal plane", self.reference
+            )
 
     def likelihood(self, z: ArrayLike, predicted: Bingham) -> Likelihood:
         """Return the likelihood of the measured body vector z (3,) about the predicted mode."""
@@ -208,7 +212,9 @@ class HeadingSensor:
             raise InvalidArgumentError("z", "a finite vector (3,)", z)
         east, north = rotate(predicted.mode, b)[:2]
         if np.hypot(east, north) == 0.0:
-            raise InvalidArgumentError("z", "a vector with a horizontal part", z, "a vertical field has no heading: skip it")
+            raise InvalidArgumentError(
+                "z", "a vector with a horizontal part", z, "a vertical field has no heading: skip it"
+            )
         r = np.asarray(self.reference, dtype=np.float64)
         turn = np.arctan2(r[1], r[0]) - np.arctan2(north, east)
         q = compose(from_rotation_vector([0.0, 0.0, turn]), predicted.mode)
