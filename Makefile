@@ -1,0 +1,76 @@
+# Needs Python >= 3.11 and make. Every target installs what it needs into $(VENV), once, and again when
+# pyproject.toml changes. An environment of your own serves as well: make test VENV=path/to/environment
+
+VENV ?= .venv
+PYTHON ?= $(shell for p in python3 python3.14 python3.13 python3.12 python3.11 python; do \
+	$$p -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null && echo $$p && break; done)
+WORKERS ?= 2
+PYTEST_ARGS ?= -n $(WORKERS) --dist loadfile
+BIN := $(VENV)/bin
+
+# A recorded motion if the data sets lie beside the project; a simulated one otherwise.
+RECORDING ?= $(firstword $(wildcard ../shared/data/broad/*.npz))
+
+.DEFAULT_GOAL := help
+.NOTPARALLEL:
+.PHONY: help demo test bench lint format docs clean
+
+help:
+	@echo "make demo    filter a recorded motion: track, covariances and a figure in demo/"
+	@echo "make test    run all tests"
+	@echo "make bench   time this package beside its peers; writes benchmarks/RESULTS.md"
+	@echo "make lint    ruff, pyright (strict), import-linter"
+	@echo "make format  let ruff lay out the code"
+	@echo "make docs    build the site into docs/_build/html"
+	@echo "make clean   remove what the targets above made, except $(VENV)"
+
+$(BIN)/python:
+	@test -n "$(PYTHON)" || { echo "No Python 3.11 or newer on PATH; name one: make PYTHON=/path/to/python3" >&2; exit 2; }
+	$(PYTHON) -m venv $(VENV)
+
+# The stem names the extras of pyproject.toml to install.
+$(VENV)/.with-%: pyproject.toml | $(BIN)/python
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable ".[$*]"
+	@touch $@
+
+# Numba keeps machine code on disk but does not see that a callee in another file changed: start afresh then.
+build/.kernels: $(shell grep -rl "kernels.compile import" src)
+	@find src \( -name '*.nbi' -o -name '*.nbc' \) -delete
+	@mkdir -p build && touch $@
+
+# One thread for each worker's linear algebra, two where a test asks for threads.
+test: export OMP_NUM_THREADS = 1
+test: export OPENBLAS_NUM_THREADS = 1
+test: export NUMBA_NUM_THREADS = 2
+test: export MPLBACKEND = Agg
+test: $(VENV)/.with-test build/.kernels
+	$(BIN)/python -m pytest $(PYTEST_ARGS)
+
+demo: export MPLBACKEND = Agg
+demo: $(VENV)/.with-cli,io build/.kernels
+ifneq ($(RECORDING),)
+	$(BIN)/bingham track $(RECORDING) -o demo
+else
+	$(BIN)/bingham simulate imu -o demo/recording.npz
+	$(BIN)/bingham track demo/recording.npz -o demo
+endif
+
+bench: $(VENV)/.with-cli,io,bench build/.kernels
+	$(BIN)/python benchmarks/run.py
+
+lint: $(VENV)/.with-test $(VENV)/.with-lint
+	$(BIN)/ruff check
+	$(BIN)/pyright --pythonpath $(BIN)/python
+	$(BIN)/lint-imports
+
+format: $(VENV)/.with-lint
+	$(BIN)/ruff check --fix
+	$(BIN)/ruff format
+
+docs: export MPLBACKEND = Agg
+docs: $(VENV)/.with-docs build/.kernels
+	$(BIN)/python -m sphinx -W --keep-going -b html docs docs/_build/html
+
+clean:
+	rm -rf build dist demo docs/_build docs/gallery docs/api/generated docs/sg_execution_times.rst
+	find src tests benchmarks -name __pycache__ -prune -exec rm -rf {} +
