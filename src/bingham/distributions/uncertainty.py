@@ -13,7 +13,7 @@ from bingham.distributions.normalizer import log_normalizer, log_normalizer_deri
 from bingham.errors import InvalidArgumentError
 from bingham.rotations import compose, conjugate
 
-__all__ = ["covariance", "credible_angle", "moment_from_covariance", "standard_errors"]
+__all__ = ["colatitude_density", "covariance", "credible_angle", "moment_from_covariance", "standard_errors"]
 
 FloatArray = NDArray[np.float64]
 
@@ -22,15 +22,15 @@ NODES, WEIGHTS = np.polynomial.legendre.leggauss(48)
 TAIL = 40.0
 
 
-def _probability(z: FloatArray, log_f: float, angle: float) -> float:
-    """P(arccos |xᵀ mode| ≤ angle) = 2 ∫₀^angle sin^{d−2}φ F_{d−1}(z_rest sin²φ) dφ / F(z), z (d,) ascending.
+def colatitude_density(z: FloatArray, angle: float) -> tuple[FloatArray, FloatArray]:
+    """Return nodes φ in [0, angle] and weights with Σ weights·g(φ) = E[g(φ); φ ≤ angle], φ = arccos |xᵀ mode|, z (d,).
+
+    The density of φ is 2 sin^{d−2}φ F_{d−1}(z_rest sin²φ) / F(z).
 
     From the density of t = mᵀx, f(t) ∝ (1 − t²)^{(d−3)/2} F_{d−1}((1 − t²) z_rest), t = cos φ. The range is cut into
     panels of the width of the narrowest axis, dyadically growing, so that one rule resolves every spread.
     """
     d = z.size
-    if angle <= 0.0:
-        return 0.0
     width = min(angle, 2.0 / math.sqrt(1.0 - 2.0 * z[0]))
     edges = [0.0]
     while edges[-1] < angle:
@@ -42,8 +42,7 @@ def _probability(z: FloatArray, log_f: float, angle: float) -> float:
     sine = np.sin(phi)
     rest = sine[:, None] ** 2 * z[:-1]
     log_rest = log_normalizer(rest) if d > 2 else math.log(2.0) + rest[:, 0]
-    with np.errstate(divide="ignore"):
-        return float(2.0 * np.sum(weight * np.exp((d - 2) * np.log(sine) + log_rest - log_f)))
+    return phi, 2.0 * weight * np.exp((d - 2) * np.log(sine) + log_rest - log_normalizer(z))
 
 
 def credible_angle(z: FloatArray, p: ArrayLike) -> Any:
@@ -56,18 +55,20 @@ def credible_angle(z: FloatArray, p: ArrayLike) -> Any:
     levels = np.broadcast_to(share, shape).ravel()
     out = np.empty(levels.size)
     for i, (row, level) in enumerate(zip(rows, levels, strict=True)):
-        log_f = float(log_normalizer(row))
         # Beyond `far` lies less than rounding, unless the weakest axis reaches all around.
         far = min(0.5 * math.pi, math.asin(min(1.0, math.sqrt(TAIL / max(-row[-2], 1e-300)))))
         if level <= 0.0:
             out[i] = 0.0
         elif level >= 1.0:
             out[i] = 0.5 * math.pi
-        elif _probability(row, log_f, far) <= level:
+        elif colatitude_density(row, far)[1].sum() <= level:
             out[i] = far
         else:
             solution = root_scalar(
-                lambda a, r=row, f=log_f, q=level: _probability(r, f, a) - q, bracket=(0.0, far), xtol=1e-14, rtol=1e-12
+                lambda a, r=row, q=level: (colatitude_density(r, a)[1].sum() if a > 0.0 else 0.0) - q,
+                bracket=(0.0, far),
+                xtol=1e-14,
+                rtol=1e-12,
             )
             out[i] = solution.root
     return out.reshape(shape)[()]

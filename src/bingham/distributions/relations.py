@@ -1,0 +1,150 @@
+"""Relations to the Gaussian, von Mises and von Mises–Fisher laws (Kurz et al. 2014, Appendices A–C, eq. 57)."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.integrate import quad_vec
+
+from bingham.distributions.bingham import Bingham
+from bingham.distributions.uncertainty import colatitude_density
+from bingham.errors import InvalidArgumentError
+from bingham.rotations import unit_rows
+
+__all__ = ["Gaussian", "angular_variance", "from_gaussian", "from_von_mises", "from_von_mises_fisher", "to_gaussian",
+           "to_von_mises", "to_von_mises_fisher"]  # fmt: skip
+
+FloatArray = NDArray[np.float64]
+
+HALF_TURN = 0.5 * np.pi
+
+
+class Gaussian(NamedTuple):
+    """N(mean, covariance) in the space that holds the sphere: mean (d,), covariance (d, d)."""
+
+    mean: FloatArray
+    covariance: FloatArray
+
+
+def _single(law: Bingham) -> FloatArray:
+    if law.shape:
+        raise InvalidArgumentError("law", "a single law", f"a batch {law.shape}")
+    return law.z
+
+
+def angular_variance(law: Bingham) -> float:
+    """Return E[φ²], rad², of the angle φ = arccos |xᵀ mode| of a single law.
+
+    For d = 2 this is the variance of the Gaussian that a scalar Kalman filter for axes would use (Kurz et al. 2013).
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> round(angular_variance(Bingham([-1.0, 0.0], np.eye(2))), 4)
+    0.5872
+    """
+    phi, weight = colatitude_density(_single(law), HALF_TURN)
+    return float(weight @ phi**2)
+
+
+def to_gaussian(law: Bingham) -> Gaussian:
+    """Return the Gaussian about one mode m: C = E[(x − m)(x − m)ᵀ | xᵀm > 0] (Kurz et al. 2014, eq. 57).
+
+    By symmetry C = M diag(ω₁, …, ω_{d−1}, 1 + ω_d − 2 E|mᵀx|) Mᵀ; the last mean is one quadrature. The integral is
+    normalised to one mode, as the paper's numbers (58)–(60) are.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> to_gaussian(Bingham([-1.0, 0.0], np.eye(2))).covariance.round(2) + 0.0
+    array([[0.38, 0.  ],
+           [0.  , 0.15]])
+    """
+    phi, weight = colatitude_density(_single(law), HALF_TURN)
+    w = law.axis_moments.copy()
+    # 1 + cos²φ − 2 cos φ = 4 sin⁴(φ/2), without cancellation for narrow laws.
+    w[-1] = weight @ (4.0 * np.sin(0.5 * phi) ** 4)
+    return Gaussian(np.array(law.mode), (law.M * w) @ law.M.T)
+
+
+def from_gaussian(mean: ArrayLike, covariance: ArrayLike) -> Bingham:
+    """Return the Bingham law with the second moment of x/‖x‖, x ~ N(mean, covariance).
+
+    E[x xᵀ/‖x‖²] = ∫₀^∞ E[x xᵀ e^{−t‖x‖²}] dt, whose integrand is e^{−t mᵀG m} |I + 2tC|^{−1/2} (G m mᵀ G + C G) with
+    G = (I + 2tC)⁻¹: one integral in any dimension.
+
+    Raises
+    ------
+    InvalidArgumentError
+        If the covariance (d, d) is not symmetric positive semidefinite of the size of mean (d,).
+    """
+    m, c = np.asarray(mean, dtype=np.float64), np.asarray(covariance, dtype=np.float64)
+    d = m.size
+    if m.ndim != 1 or d < 2 or not np.all(np.isfinite(m)):
+        raise InvalidArgumentError("mean", "a finite vector (d,), d >= 2", mean)
+    if c.shape != (d, d) or not np.allclose(c, c.T, rtol=1e-10, atol=1e-14):
+        raise InvalidArgumentError("covariance", f"a symmetric matrix ({d}, {d})", covariance)
+    values, axes = np.linalg.eigh(c)
+    if not values[0] >= -1e-12 * max(values[-1], 0.0):
+        raise InvalidArgumentError("covariance", "no negative eigenvalue", values[0])
+    values = np.maximum(values, 0.0)
+    a = axes.T @ m
+    scale = float(a @ a + values.sum())
+
+    def integrand(u: float) -> FloatArray:
+        # t = u/(1 − u)/scale maps [0, 1) to all t.
+        t = u / (1.0 - u) / scale
+        g = 1.0 / (1.0 + 2.0 * t * values)
+        factor = np.exp(-t * float(a @ (g * a))) * np.sqrt(np.prod(g)) / (scale * (1.0 - u) ** 2)
+        return factor * (np.outer(g * a, g * a) + np.diag(values * g))
+
+    moment, _ = quad_vec(integrand, 0.0, 1.0, epsabs=1e-13, epsrel=1e-11)
+    moment = axes @ (moment / np.trace(moment)) @ axes.T
+    return Bingham.from_moment(0.5 * (moment + moment.T))
+
+
+def to_von_mises(law: Bingham) -> tuple[float, float]:
+    """Return (μ, κ) of the von Mises law of the doubled angle 2θ, x = (cos θ, sin θ): κ = −z₁/2 (eq. 76), d = 2."""
+    z = _single(law)
+    if law.dim != 2:
+        raise InvalidArgumentError("law", "dimension 2", law.dim)
+    c, s = law.mode
+    return float(2.0 * np.arctan2(s, c) % (2.0 * np.pi)), float(-0.5 * z[0])
+
+
+def from_von_mises(mu: float, kappa: float) -> Bingham:
+    """Return the d = 2 law of θ whose doubled angle is von Mises with mean μ (rad) and concentration κ ≥ 0."""
+    if not (np.isfinite(mu) and np.isfinite(kappa) and kappa >= 0.0):
+        raise InvalidArgumentError("mu, kappa", "finite, kappa >= 0", (mu, kappa))
+    c, s = np.cos(0.5 * mu), np.sin(0.5 * mu)
+    return Bingham([-2.0 * kappa, 0.0], [[-s, c], [c, s]])
+
+
+def to_von_mises_fisher(law: Bingham) -> tuple[FloatArray, float]:
+    """Return (mode, κ = −z₁/2) of an isotropic law, any d.
+
+    Along the angle θ from the mode the Bingham density is ∝ exp(κ cos 2θ): reweighted by (2 cos θ)^{d−2}, the ratio of
+    the areas of the circles at 2θ and θ, the doubled angle follows the von Mises–Fisher law (Appendix C; with the
+    area factor sin^{d−2}, where the paper prints d − 1).
+
+    Raises
+    ------
+    InvalidArgumentError
+        If the first d − 1 concentrations differ by more than 1e-9 of their size.
+    """
+    z = _single(law)
+    if np.ptp(z[:-1]) > 1e-9 * abs(z[0]):
+        raise InvalidArgumentError("law", "equal concentrations but the last (an isotropic law)", z)
+    return np.array(law.mode), float(-0.5 * z[:-1].mean())
+
+
+def from_von_mises_fisher(mode: ArrayLike, kappa: float) -> Bingham:
+    """Return the isotropic law with the given mode (d,) and z = (−2κ, …, −2κ, 0); inverse of `to_von_mises_fisher`."""
+    if not (np.isfinite(kappa) and kappa >= 0.0):
+        raise InvalidArgumentError("kappa", "a finite number >= 0", kappa)
+    m = unit_rows(mode, None, "mode")
+    if m.ndim != 1 or m.size < 2:
+        raise InvalidArgumentError("mode", "a unit vector (d,), d >= 2", m.shape)
+    return Bingham.from_matrix(2.0 * kappa * np.outer(m, m))

@@ -1,0 +1,187 @@
+"""Plain inertial filter: gyroscope, gravity and heading, without bias estimation."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bingham.distributions.bingham import Bingham
+from bingham.errors import InvalidArgumentError
+from bingham.filters.gate import Gate
+from bingham.filters.track import Track
+from bingham.kernels.inertial import run_inertial
+from bingham.kernels.lowpass import LOWPASS_STATE, average_specific_force
+from bingham.recording import ImuRecording
+
+__all__ = ["InertialFilter", "InertialState", "InertialTrack"]
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class InertialState:
+    """All an inertial filter carries from sample to sample; saving it and going on gives the identical track.
+
+    ``law``: of the orientation, body → world. ``time``: of the last sample, s. ``average``: state of the averaged
+    specific force. ``magnetometer`` (3,): the last row, by which repeated rows are known.
+    """
+
+    law: Bingham
+    time: float
+    average: FloatArray
+    magnetometer: FloatArray
+
+    @property
+    def mode(self) -> FloatArray:
+        """Most probable orientation (4,)."""
+        return self.law.mode
+
+
+@dataclass(frozen=True, eq=False)
+class InertialTrack(Track):
+    """A `Track` whose ``statistic`` and ``decision`` are (T, 2): gravity, heading; ``state`` continues it."""
+
+    state: InertialState = field(kw_only=True)
+
+    @property
+    def accepted(self) -> NDArray[np.bool_]:
+        """Samples none of whose measurements was refused (T,)."""
+        return np.asarray(np.all(self.decision != 0, axis=-1))
+
+    def reasons(self) -> list[str]:
+        """Why something of each sample was refused; empty where nothing was."""
+        words = [""] * len(self)
+        for i, j in zip(*np.nonzero(self.decision == 0), strict=True):
+            words[i] += f"{('gravity', 'heading')[j]}: statistic {self.statistic[i, j]:.4g} above the gate; "
+        return [w.removesuffix("; ") for w in words]
+
+
+@dataclass(frozen=True)
+class InertialFilter:
+    """Orientation from a gyroscope, an accelerometer and, where present, a magnetometer.
+
+    The gyroscope turns the law and diffuses it; the specific force, averaged in a frame the gyroscope holds still, adds
+    Davenport's matrix of the vertical; the field adds its heading and leaves the inclination alone. Each step is exact
+    within the Bingham family. The gyroscope's bias is not estimated: see `ImuFilter` for that.
+
+    Parameters
+    ----------
+    gyroscope_noise_density : float
+        σ, rad/s/√Hz: variance of the attitude grows by σ² dt per axis. Raising it follows gravity and field faster. The
+        default covers uncorrected biases of a few tenths of a degree per second.
+    gravity_noise_density : float
+        rad/√Hz: white noise of the averaged vertical's direction; with σ it sets the time constant
+        gravity_noise_density/σ with which the law follows it.
+    heading_noise_density : float
+        rad/√Hz: white noise of the magnetic heading; likewise.
+    averaging_time : float
+        s: time constant of each of the two stages that average the specific force. Raising it suppresses linear
+        acceleration better and lets the gyroscope's bias in.
+    declination : float
+        rad: angle from geographic to magnetic north, positive to the east.
+    gate : Gate or None
+        Refuses single measurements that prediction and noise cannot explain.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from bingham import ImuRecording
+    >>> t = np.arange(500) / 100.0
+    >>> up, north = np.tile([0.0, 0.0, 9.81], (500, 1)), np.tile([0.0, 20.0, -40.0], (500, 1))
+    >>> still = ImuRecording("still", t, np.zeros((500, 3)), up, north)
+    >>> np.abs(InertialFilter().run(still).modes[-1]).round(6) + 0.0
+    array([1., 0., 0., 0.])
+    """
+
+    gyroscope_noise_density: float = 0.01
+    gravity_noise_density: float = 0.003
+    heading_noise_density: float = 0.09
+    averaging_time: float = 1.0
+    declination: float = 0.0
+    gate: Gate | None = field(default_factory=lambda: Gate(0.9999))
+
+    def __post_init__(self) -> None:
+        for name in ("gyroscope_noise_density", "gravity_noise_density", "heading_noise_density", "averaging_time"):
+            value = getattr(self, name)
+            if not (math.isfinite(value) and value > 0.0):
+                raise InvalidArgumentError(name, "a finite number > 0", value)
+        if not math.isfinite(self.declination):
+            raise InvalidArgumentError("declination", "a finite angle, rad", self.declination)
+
+    def run(self, recording: ImuRecording, prior: Bingham | InertialState | None = None) -> InertialTrack:
+        """Filter a whole recording in one compiled loop.
+
+        Parameters
+        ----------
+        recording : ImuRecording
+            Irregular times are used as they are: the law widens over a gap.
+        prior : Bingham or InertialState, optional
+            Law of the first orientation (uniform unless given), or the ``state`` of a track to go on from.
+
+        Returns
+        -------
+        InertialTrack
+        """
+        state = prior if isinstance(prior, InertialState) else None
+        law = state.law if state is not None else prior if isinstance(prior, Bingham) else Bingham.uniform(4)
+        if law.dim != 4 or law.shape:
+            raise InvalidArgumentError("prior", "a single law of rotations", repr(law))
+        time = np.array(recording.time)
+        steps = np.diff(time, prepend=time[:1] if state is None else state.time)
+        if state is not None and not steps[0] > 0.0:
+            raise InvalidArgumentError("recording", f"times after {state.time!r} s, where the state stopped", time[0])
+        count = time.size
+        gyroscope = np.array(recording.gyroscope)
+        average = np.zeros(LOWPASS_STATE) if state is None else state.average.copy()
+        gravity = np.empty((0, 3))
+        if recording.accelerometer is not None:
+            gravity = np.empty((count, 3))
+            average_specific_force(
+                steps, gyroscope, np.array(recording.accelerometer), self.averaging_time, average, gravity
+            )
+        field_rows, last_row = np.empty((0, 3)), np.full(3, np.nan)
+        if recording.magnetometer is not None:
+            field_rows = np.array(recording.magnetometer)
+            before = last_row if state is None else state.magnetometer
+            repeated = np.all(field_rows == np.concatenate([before[None], field_rows[:-1]]), axis=1)
+            last_row = field_rows[-1].copy()
+            field_rows[repeated] = np.nan
+        z, frame = np.array(law.z), np.array(law.M.T, order="C")
+        out_z, out_frames = np.empty((count, 4)), np.empty((count, 4, 4))
+        evidence, statistic = np.empty(count), np.empty((count, 2))
+        decision = np.empty((count, 2), dtype=np.int8)
+        limits = [math.inf if self.gate is None else self.gate.threshold(rank) for rank in (2, 1)]
+        run_inertial(
+            z,
+            frame,
+            steps,
+            gyroscope,
+            gravity,
+            field_rows,
+            self.gyroscope_noise_density**2,
+            self.gravity_noise_density**-2,
+            self.heading_noise_density**-2,
+            math.sin(self.declination),
+            math.cos(self.declination),
+            limits[0],
+            limits[1],
+            out_z,
+            out_frames,
+            evidence,
+            statistic,
+            decision,
+        )
+        end = Bingham.from_spectrum(out_z[-1].copy(), out_frames[-1].copy())
+        return InertialTrack(
+            time,
+            out_z,
+            out_frames,
+            evidence,
+            statistic,
+            decision,
+            threshold=limits[0],
+            state=InertialState(end, float(time[-1]), average, last_row),
+        )
