@@ -40,11 +40,13 @@ def _rows(x: ArrayLike, name: str) -> FloatArray:
 def _concentration_rows(z: ArrayLike) -> tuple[FloatArray, FloatArray]:
     """Return rows (n, d) with max 0 and the maxima (n,)."""
     a = _rows(z, "z")
+    if not np.all(np.isfinite(a)):
+        raise InvalidArgumentError("z", "finite concentrations", a[~np.isfinite(a)].flat[0])
     top = a.max(axis=-1, keepdims=True)
     shifted = a - top
-    if not (np.all(np.isfinite(a)) and np.all(shifted >= -LARGEST)):
-        bad = a[~((shifted >= -LARGEST) & np.isfinite(a))].flat[0]
-        raise InvalidArgumentError("z", f"finite concentrations that differ by at most {LARGEST:g}", bad)
+    if not np.all(shifted >= -LARGEST):
+        bad = a[shifted < -LARGEST].flat[0]
+        raise InvalidArgumentError("z", f"concentrations that differ by at most {LARGEST:g}", bad)
     return np.ascontiguousarray(shifted.reshape(-1, a.shape[-1])), top[..., 0]
 
 
