@@ -1,0 +1,74 @@
+"""log F, gradient and Hessian: batches and single calls, beside the reference methods and PyRecEst's quadrature."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import numba
+import numpy as np
+from timing import Row, best_of, best_once
+
+import bingham
+from bingham.distributions.normalizer import log_normalizer_derivatives
+
+TOPIC = "log F, gradient, Hessian (d = 4)"
+
+
+def spectra(count: int, d: int = 4) -> np.ndarray:
+    """Concentrations (count, d) from −0.1 to −10⁴, in ascending order with largest 0."""
+    z = -np.sort(10.0 ** np.random.default_rng(1).uniform(-1.0, 4.0, (count, d)), axis=1)[:, ::-1]
+    z[:, -1] = 0.0
+    return np.ascontiguousarray(z)
+
+
+def measure() -> list[Row]:
+    """Return the rows of this topic."""
+    from bingham.kernels.batch import batch_derivatives
+
+    n = 100_000
+    z = spectra(n)
+    out = (np.empty(n), np.empty((n, 4)), np.empty((n, 4, 4)))
+    numba.set_num_threads(1)
+    rows = [
+        Row(TOPIC, "bingham, compiled batch", best_of(lambda: batch_derivatives(z, *out), per=n), "law", True, 1e-7),
+        Row(
+            TOPIC, "bingham, `log_normalizer_derivatives`", best_of(lambda: log_normalizer_derivatives(z), per=n), "law"
+        ),
+        Row(
+            TOPIC,
+            "bingham, `log_normalizer`, batch (no derivatives)",
+            best_of(lambda: bingham.log_normalizer(z), per=n),
+            "law",
+        ),
+    ]
+    single = np.array([-900.0, -500.0, -3.0, 0.0])
+    rows.append(Row(TOPIC, "bingham, one law from Python", best_of(lambda: log_normalizer_derivatives(single)), "law"))
+    sys.path.insert(0, str(Path(__file__).parents[1] / "tests" / "reference"))
+    try:
+        import oracles
+    except ModuleNotFoundError:
+        oracles = None
+    if oracles is not None:
+        for name, method in (
+            ("Wood's integral (log F, gradient)", oracles.wood),
+            ("series, Glover & Kaelbling eq. 8 (log F, gradient)", oracles.series),
+            ("saddlepoint, Kume & Wood (log F, gradient; error to 5 %)", oracles.saddlepoint),
+        ):
+            rows.append(Row(TOPIC, name, best_of(lambda m=method: m(single), repeats=3), "law"))
+    rows.append(Row(TOPIC, "PyRecEst 2.4.2 (F, gradient)", pyrecest(), "law"))
+    return rows
+
+
+def pyrecest() -> float:
+    """Seconds of PyRecEst's F and gradient, each time for a new law."""
+    from peers import pyrecest_law
+
+    step = iter(range(1, 1000))
+
+    def once() -> None:
+        law = pyrecest_law([-900.0, -500.0, -3.0, 0.0], 1e-6 * next(step))
+        _ = law.F, law.dF
+
+    once()
+    return best_once(once, repeats=5)
