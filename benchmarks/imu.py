@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from timing import Row, best_of, best_once
-
-from bingham.filters.imu import ImuFilter
-from bingham.metrics import orientation_errors
+from bingham import InertialFilter
+from bingham.metrics import broad_rmse
 from bingham.simulate import simulate_imu, simulate_tumbling
+
+from timing import Row, best_of, best_once
 
 TOPIC = "IMU with magnetometer, 285.7 Hz"
 
@@ -24,7 +24,7 @@ def measure() -> list[Row]:
     n, part = len(gyr), 2000
 
     def ours():
-        return ImuFilter().run(recording)
+        return InertialFilter().run(recording)
 
     def peer_vqf():
         return vqf.VQF(1.0 / rate).updateBatch(gyr, acc, mag)
@@ -39,11 +39,11 @@ def measure() -> list[Row]:
         return ahrs.filters.EKF(gyr[:k], acc[:k], frequency=rate, frame="ENU").Q
 
     def error(modes: np.ndarray) -> str:
-        total = orientation_errors(modes, recording.reference, recording.scored).total_rmse
-        return f"total RMSE {total:.2f}°"
+        total = broad_rmse(modes, recording.reference, recording.scored).total
+        return f"total RMSE {np.degrees(total):.2f}°"
 
     return [
-        Row(TOPIC, "bingham, `ImuFilter.run`", best_of(ours, per=n), "sample", True, 5e-6, error(ours().modes)),
+        Row(TOPIC, "bingham, `InertialFilter.run`", best_of(ours, per=n), "sample", True, 5e-6, error(ours().modes)),
         Row(TOPIC, "vqf, VQF (C++)", best_of(peer_vqf, per=n), "sample", note=error(peer_vqf()["quat9D"])),
         Row(TOPIC, "vqf, BasicVQF (C++)", best_of(peer_basic, per=n), "sample", note=error(peer_basic()["quat9D"])),
         Row(TOPIC, "ahrs 0.4, Madgwick", best_once(peer_madgwick, per=part), "sample"),

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
+import bingham
 import numba
 import numpy as np
+
 from normalizer import spectra
 from timing import Row, best_of, best_once
-
-import bingham
 
 TOPIC = "moments to concentrations (d = 4)"
 

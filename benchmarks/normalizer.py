@@ -5,12 +5,12 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
+import bingham
 import numba
 import numpy as np
-from timing import Row, best_of, best_once
-
-import bingham
 from bingham.distributions.normalizer import log_normalizer_derivatives
+
+from timing import Row, best_of, best_once
 
 TOPIC = "log F, gradient, Hessian (d = 4)"
 

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from timing import Row, best_of, best_once
-
 from bingham import Bingham
+
+from timing import Row, best_of, best_once
 
 TOPIC = "samples at z = (−900, −500, −3, 0)"
 Z = [-900.0, -500.0, -3.0, 0.0]

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numba
 import numpy as np
-from timing import Row, best_of, best_once
-
 from bingham import Bingham, BinghamFilter
+
+from timing import Row, best_of, best_once
 
 NOISE = {2: ([-200.0, 0.0], [-50.0, 0.0]), 4: ([-800.0, -600.0, -400.0, 0.0], [-120.0, -80.0, -50.0, 0.0])}
 RUN_LIMIT, OBJECT_LIMIT, BATCH_LIMIT = {2: 1e-6, 4: 2.5e-6}, 25e-6, 1.5e-6
