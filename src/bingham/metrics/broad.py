@@ -1,4 +1,4 @@
-"""How far estimates are from the truth, and whether their stated uncertainty is right."""
+"""The error of the BROAD data set: angles of orientations, split at the vertical."""
 
 from __future__ import annotations
 

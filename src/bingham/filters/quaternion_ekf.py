@@ -1,0 +1,108 @@
+"""Extended Kalman filter on quaternions, first order (LaViola 2003, as adapted by Glover & Kaelbling 2013, §6).
+
+The measurement function projects the state onto the sphere, h(x) = x/|x|, and the state is renormalised after every
+update. LaViola's continuous prediction is replaced by the discrete step x' = u ⊗ x.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from bingham.errors import InvalidArgumentError
+from bingham.filters.gaussian import (
+    GaussianState,
+    KalmanInfo,
+    KalmanTrack,
+    covariance_matrix,
+    kalman_update,
+    mirrored,
+    run_steps,
+)
+from bingham.rotations import left_matrix, right_matrix
+
+__all__ = ["QuaternionEkf", "noise_about", "projection_jacobian"]
+
+FloatArray = NDArray[np.float64]
+
+
+def projection_jacobian(x: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return x/|x| (..., d) and its Jacobian (I − x xᵀ/|x|²)/|x| (..., d, d)."""
+    norm = np.linalg.norm(x, axis=-1)[..., None]
+    unit = x / norm
+    return unit, (np.eye(x.shape[-1]) - unit[..., :, None] * unit[..., None, :]) / norm[..., None]
+
+
+def noise_about(x: FloatArray, covariance: FloatArray, left: bool) -> FloatArray:
+    """Return the covariance (..., 4, 4) of v ⊗ x (left) or x ⊗ v for a covariance (4, 4) of v and unit x (..., 4)."""
+    turn = right_matrix(x) if left else left_matrix(x)
+    return turn @ covariance @ np.swapaxes(turn, -1, -2)
+
+
+@dataclass(frozen=True, eq=False)
+class QuaternionEkf:
+    """First-order quaternion EKF: x' = w ⊗ u ⊗ x, z = v ⊗ x (noise_side="left") or x' = x ⊗ u ⊗ w, z = x ⊗ v.
+
+    Parameters
+    ----------
+    process_covariance, measurement_covariance : (4, 4) array_like
+        Covariances of w and v about the identity quaternion.
+    noise_side : {"left", "right"}
+        Side of the noises and of the control: world frame (Glover) or body frame (Kurz).
+    rotate_noise : bool
+        False adds the two covariances as they are wherever the state points, as published. True turns them into
+        the state's frame, which is what the multiplicative noise means: the fair filter.
+
+    Examples
+    --------
+    >>> f = QuaternionEkf(np.eye(4) * 1e-3, np.eye(4) * 1e-2, rotate_noise=True)
+    >>> start = GaussianState(np.array([1.0, 0, 0, 0]), np.eye(4) * 0.1)
+    >>> state, info = f.update(f.predict(start), [-1.0, 0, 0, 0])
+    >>> state.mean
+    array([1., 0., 0., 0.])
+    """
+
+    process_covariance: ArrayLike
+    measurement_covariance: ArrayLike
+    noise_side: Literal["left", "right"] = "left"
+    rotate_noise: bool = False
+    _w: FloatArray = field(init=False, repr=False)
+    _v: FloatArray = field(init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        if self.noise_side not in ("left", "right"):
+            raise InvalidArgumentError("noise_side", "'left' or 'right'", repr(self.noise_side))
+        object.__setattr__(self, "_w", covariance_matrix(self.process_covariance, 4, "process_covariance"))
+        object.__setattr__(self, "_v", covariance_matrix(self.measurement_covariance, 4, "measurement_covariance"))
+
+    def predict(self, state: GaussianState, control: ArrayLike | None = None, dt: float | None = None) -> GaussianState:
+        """Return the state one step later, turned by the control u (..., 4)."""
+        left = self.noise_side == "left"
+        mean, covariance = state.mean, state.covariance
+        if control is not None:
+            turn = left_matrix(control) if left else right_matrix(control)
+            mean = np.einsum("...ij,...j->...i", turn, mean)
+            covariance = turn @ covariance @ np.swapaxes(turn, -1, -2)
+        noise = noise_about(mean, self._w, left) if self.rotate_noise else self._w
+        return GaussianState(mean, covariance + noise)
+
+    def update(
+        self, state: GaussianState, z: ArrayLike, covariance: ArrayLike | None = None
+    ) -> tuple[GaussianState, KalmanInfo]:
+        """Return the state given ±z (..., 4); NaN is a missing measurement.
+
+        ``covariance`` (4, 4) replaces the measurement noise for this update.
+        """
+        noise = self._v if covariance is None else covariance_matrix(covariance, 4, "covariance")
+        unit, H = projection_jacobian(state.mean)
+        if self.rotate_noise:
+            noise = noise_about(unit, noise, self.noise_side == "left")
+        mean, P, info = kalman_update(state, mirrored(z, unit) - unit, H, noise)
+        return GaussianState(mean / np.linalg.norm(mean, axis=-1, keepdims=True), P), info
+
+    def run(self, prior: GaussianState, measurements: ArrayLike, controls: ArrayLike | None = None) -> KalmanTrack:
+        """Predict, then update, for every row of measurements (..., T, 4)."""
+        return run_steps(self, prior, measurements, controls)

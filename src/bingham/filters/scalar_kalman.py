@@ -1,0 +1,87 @@
+"""Kalman filter for axes in the plane with the angle as its scalar state (Kurz et al. 2013, §VI)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from bingham.errors import InvalidArgumentError
+from bingham.filters.gaussian import KalmanInfo, KalmanTrack, run_steps
+
+__all__ = ["AngleState", "ScalarKalmanFilter"]
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class AngleState:
+    """Gaussian of an axis' angle: ``angle`` (...) in [0, π), rad, and ``variance`` (...), rad²."""
+
+    angle: FloatArray
+    variance: FloatArray
+
+    @property
+    def mode(self) -> FloatArray:
+        """The axis (cos, sin) of the angle (..., 2)."""
+        return np.stack([np.cos(self.angle), np.sin(self.angle)], axis=-1)
+
+
+@dataclass(frozen=True)
+class ScalarKalmanFilter:
+    """Angle of an axis by the linear Kalman filter; measurements are moved by multiples of π to the estimate.
+
+    Parameters
+    ----------
+    process_variance : float
+        rad² added in each step; raising it makes old measurements fade faster.
+    measurement_variance : float
+        rad² of a measured angle; raising it trusts measurements less.
+
+    Examples
+    --------
+    >>> f = ScalarKalmanFilter(0.0, 1.0)
+    >>> state, info = f.update(AngleState(np.array(0.1), np.array(1.0)), [np.cos(3.1), np.sin(3.1)])
+    >>> round(float(state.angle), 4), round(float(state.variance), 4)
+    (0.0292, 0.5)
+    """
+
+    process_variance: float
+    measurement_variance: float
+
+    def __post_init__(self) -> None:
+        for name, least in (("process_variance", 0.0), ("measurement_variance", np.finfo(float).tiny)):
+            if not least <= getattr(self, name) < np.inf:
+                raise InvalidArgumentError(name, "a finite variance in rad², not negative", getattr(self, name))
+
+    def predict(self, state: AngleState, control: ArrayLike | None = None, dt: float | None = None) -> AngleState:
+        """Return the state of x ⊕ u ⊕ w: the angle of the control u (..., 2) is added, and the process variance."""
+        turn = 0.0 if control is None else _angle(control)
+        return AngleState(np.mod(state.angle + turn, np.pi), state.variance + self.process_variance)
+
+    def update(self, state: AngleState, z: ArrayLike) -> tuple[AngleState, KalmanInfo]:
+        """Return the state given the measured axis z (..., 2); NaN is a missing measurement."""
+        measured = _angle(z)
+        missing = np.isnan(measured)
+        # Shift by a multiple of π so that |innovation| ≤ π/2.
+        innovation = np.mod(measured - state.angle + 0.5 * np.pi, np.pi) - 0.5 * np.pi
+        innovation = np.where(missing, 0.0, innovation)
+        total = state.variance + self.measurement_variance
+        gain = np.where(missing, 0.0, state.variance / total)
+        angle = np.mod(state.angle + gain * innovation, np.pi)
+        statistic = innovation**2 / total
+        log_evidence = -0.5 * (statistic + np.log(2.0 * np.pi * total))
+        info = KalmanInfo(np.where(missing, 0.0, log_evidence), np.where(missing, np.nan, statistic))
+        return AngleState(angle, (1.0 - gain) * state.variance), info
+
+    def run(self, prior: AngleState, measurements: ArrayLike, controls: ArrayLike | None = None) -> KalmanTrack:
+        """Predict, then update, for every row of measurements (..., T, 2)."""
+        return run_steps(self, prior, measurements, controls)
+
+
+def _angle(z: ArrayLike) -> FloatArray:
+    a = np.asarray(z, dtype=np.float64)
+    if a.shape[-1:] != (2,):
+        raise InvalidArgumentError("z", "axes in the plane, shape (..., 2)", a.shape)
+    return np.arctan2(a[..., 1], a[..., 0])

@@ -1,0 +1,28 @@
+"""How far estimates are from the truth, and whether their stated uncertainty is right."""
+
+from bingham.metrics.broad import BroadErrors, broad_errors, broad_rmse, heading_offset
+from bingham.metrics.calibration import (
+    angle_probability,
+    chi_square_probability,
+    coverage,
+    geodesic_error,
+    normal_probability,
+    normalized_error,
+    root_mean_square,
+    uniformity_statistic,
+)
+
+__all__ = [
+    "BroadErrors",
+    "angle_probability",
+    "broad_errors",
+    "broad_rmse",
+    "chi_square_probability",
+    "coverage",
+    "geodesic_error",
+    "heading_offset",
+    "normal_probability",
+    "normalized_error",
+    "root_mean_square",
+    "uniformity_statistic",
+]

@@ -1,0 +1,103 @@
+import multiprocessing
+import os
+import signal
+import time
+
+import numpy as np
+import pytest
+
+from bingham.errors import InvalidArgumentError
+from bingham.studies import STUDIES, load_study
+from bingham.studies.execute import execute, run_study
+from bingham.studies.store import RunStore
+from bingham.studies.study import Chunk, generator
+
+
+def draw(seed, run):
+    return {"x": generator(seed, run).standard_normal(5)}
+
+
+def draw_or_die(seed, run, flag):
+    """Kill the worker process the first time that run 2 is tried."""
+    if run == 2 and multiprocessing.parent_process() is not None and not os.path.exists(flag):
+        open(flag, "w").close()
+        time.sleep(0.3)
+        os.kill(os.getpid(), signal.SIGKILL)
+    return draw(seed, run)
+
+
+def chunks(function=draw, count=6, **more):
+    return [Chunk(f"run-{i}", function, {"seed": 3, "run": i, **more}) for i in range(count)]
+
+
+def same(a, b):
+    return a.keys() == b.keys() and all(np.array_equal(a[k]["x"], b[k]["x"]) for k in a)
+
+
+def test_results_do_not_depend_on_the_number_of_jobs():
+    assert same(execute(chunks(), jobs=1), execute(chunks(), jobs=2))
+
+
+def test_a_killed_worker_loses_nothing(tmp_path):
+    store = RunStore(tmp_path, {"study": "demo"})
+    found = execute(chunks(draw_or_die, flag=str(tmp_path / "flag")), jobs=2, store=store)
+    assert (tmp_path / "flag").exists()
+    assert same(found, execute(chunks()))
+    assert same({f"run-{i}": store.load(f"run-{i}") for i in range(6)}, found)
+
+
+def test_an_interrupted_study_continues(tmp_path):
+    store = RunStore(tmp_path, {"study": "demo"})
+
+    def interrupt(done, total):
+        if done == 3:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        execute(chunks(), store=store, progress=interrupt)
+    seen = []
+    found = execute(chunks(), store=store, progress=lambda done, total: seen.append((done, total)))
+    assert seen[0] == (3, 6)
+    assert same(found, execute(chunks()))
+
+
+def test_stored_runs_of_another_seed_are_not_used(tmp_path):
+    first, second = RunStore(tmp_path, {"study": "demo", "seed": 1}), RunStore(tmp_path, {"study": "demo", "seed": 2})
+    first.save("run-0", {"x": np.ones(3)})
+    assert second.load("run-0") is None
+    np.testing.assert_array_equal(first.load("run-0")["x"], np.ones(3))
+
+
+def test_a_damaged_file_is_run_again(tmp_path):
+    store = RunStore(tmp_path, {"study": "demo"})
+    store.save("run-0", {"x": np.ones(3)})
+    path = store.folder / "run-0.npz"
+    path.write_bytes(path.read_bytes()[:50])
+    assert store.load("run-0") is None
+    assert [p.name for p in store.folder.iterdir()] == ["run-0.npz"]
+
+
+def test_a_cluster_gives_the_same_results():
+    distributed = pytest.importorskip("dask.distributed", reason="extra 'dask' not installed")
+    with distributed.LocalCluster(
+        n_workers=2, threads_per_worker=1, processes=True, host="127.0.0.1", dashboard_address=None
+    ) as cluster:
+        study = load_study("kurz2013")
+        there = run_study(study, runs=120, seed=4, scheduler=cluster.scheduler_address)
+        here = run_study(study, runs=120, seed=4)
+    kept = [[row for row in r.table if row.metric != "us_per_step"] for r in (there, here)]
+    assert kept[0] == kept[1]
+
+
+def test_refusals():
+    with pytest.raises(InvalidArgumentError, match="one of kurz2013"):
+        load_study("kurz1813")
+    with pytest.raises(InvalidArgumentError, match="runs"):
+        run_study(load_study("kurz2013"), runs=0)
+    with pytest.raises(InvalidArgumentError, match="jobs"):
+        execute([], jobs=0)
+
+
+def test_every_study_is_named_as_it_is_called():
+    for name in STUDIES:
+        assert load_study(name).name == name

@@ -1,0 +1,94 @@
+import numpy as np
+import pytest
+
+from bingham import Bingham
+from bingham.errors import InvalidArgumentError
+from bingham.metrics import (
+    angle_probability,
+    chi_square_probability,
+    coverage,
+    geodesic_error,
+    normal_probability,
+    normalized_error,
+    root_mean_square,
+    uniformity_statistic,
+)
+
+SPECTRA = (
+    [-3.0, 0],
+    [-2000.0, 0],
+    [-9.0, -1, 0],
+    [0.0, 0, 0, 0],
+    [-500.0, -500, -500, 0],
+    [-5e4, -30, -2, 0],
+    [-1e5, -1e5, 0, 0],
+)
+
+
+def law_of(z, seed=0):
+    q = np.linalg.qr(np.random.default_rng(seed).normal(size=(len(z), len(z))))[0]
+    return Bingham(z, q)
+
+
+def test_geodesic_error_keeps_its_accuracy_at_the_ends():
+    a = np.array([1.0, 0.0, 0.0, 0.0])
+    for angle in (1e-12, 1e-5, 0.3, np.pi / 2):
+        b = np.array([np.cos(angle), np.sin(angle), 0.0, 0.0])
+        assert geodesic_error(a, b) == pytest.approx(angle, rel=1e-12)
+        assert geodesic_error(a, -b) == pytest.approx(angle, rel=1e-12)
+        assert geodesic_error(a, -b, axial=False) == pytest.approx(np.pi - angle, rel=1e-12)
+
+
+@pytest.mark.parametrize("z", SPECTRA)
+def test_angle_probability_is_uniform_for_the_law_itself_only(z):
+    law = law_of(z)
+    x = law.rvs(2000, rng=1)
+    # Kolmogorov: 1.95/√n is passed once in a thousand.
+    assert uniformity_statistic(angle_probability(law, x)) * np.sqrt(2000) < 1.95
+    if z[-2] < 0:  # the angle to the mode of a girdle hardly depends on its thickness
+        wrong = Bingham(np.asarray(z) * 2.0, law.M)
+        assert uniformity_statistic(angle_probability(wrong, x)) * np.sqrt(2000) > 1.95
+
+
+@pytest.mark.parametrize("z", SPECTRA)
+def test_angle_probability_inverts_the_credible_angle(z):
+    law = law_of(z)
+    other = law.M[:, 0]
+    for p in (0.1, 0.5, 0.95):
+        angle = law.credible_angle(p)
+        x = np.cos(angle) * law.mode + np.sin(angle) * other
+        assert angle_probability(law, x) == pytest.approx(p, abs=1e-9)
+
+
+def test_angle_probability_of_a_batch():
+    laws = Bingham(np.tile([-5.0, -2, -1, 0], (3, 1)), np.tile(np.eye(4), (3, 1, 1)))
+    x = law_of([-1.0, -1, -1, 0]).rvs(3, rng=2)
+    whole = angle_probability(laws, x)
+    assert whole.shape == (3,)
+    np.testing.assert_allclose(whole, [angle_probability(laws[i], x[i]) for i in range(3)], rtol=1e-12)
+
+
+@pytest.mark.parametrize("d", [2, 4])
+def test_normalized_error_of_a_tangent_gaussian_is_chi_square(d):
+    rng = np.random.default_rng(3)
+    mode = np.eye(d)[0]
+    spread = np.diag(rng.uniform(1e-4, 4e-4, d))
+    tangent = rng.standard_normal((4000, d)) * np.sqrt(np.diag(spread))
+    tangent[:, 0] = 0.0
+    angle = np.linalg.norm(tangent, axis=1, keepdims=True)
+    truth = np.cos(angle) * mode + np.sin(angle) * tangent / angle
+    signs = rng.choice([-1.0, 1.0], (4000, 1))
+    p = chi_square_probability(normalized_error(mode, spread, signs * truth), d - 1)
+    assert uniformity_statistic(p) * np.sqrt(4000) < 1.95
+    p = chi_square_probability(normalized_error(mode, 1.3 * spread, truth), d - 1)
+    assert uniformity_statistic(p) * np.sqrt(4000) > 1.95
+
+
+def test_small_closed_forms():
+    assert normal_probability(1.959963984540054, 1.0) == pytest.approx(0.95, abs=1e-12)
+    assert chi_square_probability(7.814727903251179, 3) == pytest.approx(0.95, abs=1e-12)
+    assert coverage([0.1, 0.94, 0.96, 0.5]) == 0.75
+    assert root_mean_square([3.0, 4.0]) == pytest.approx(np.sqrt(12.5))
+    assert uniformity_statistic([0.5]) == 0.5
+    with pytest.raises(InvalidArgumentError, match="level"):
+        coverage([0.1], level=95)
