@@ -91,7 +91,9 @@ def test_fit_recovers_the_law_within_its_standard_errors(z, d):
 def test_weights_count_rows():
     x = Bingham([-9.0, -2.0, 0.0], np.eye(3)).rvs(50, rng=0)
     counts = np.random.default_rng(1).integers(0, 4, 50)
-    np.testing.assert_allclose(Bingham.fit(x, counts).matrix, Bingham.fit(np.repeat(x, counts, axis=0)).matrix, rtol=1e-9)
+    np.testing.assert_allclose(
+        Bingham.fit(x, counts).matrix, Bingham.fit(np.repeat(x, counts, axis=0)).matrix, rtol=1e-9
+    )
 
 
 def test_standard_errors_are_those_of_repeated_fits():
