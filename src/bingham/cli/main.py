@@ -21,6 +21,7 @@ __all__ = ["COMMANDS", "app", "main"]
 # Modules of this package, in the order in which `bingham --help` lists their commands.
 COMMANDS = [
     "track",
+    "fit",
     "reproduce",
 ]
 

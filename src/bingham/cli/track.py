@@ -2,25 +2,189 @@
 
 from __future__ import annotations
 
+import itertools
+import json
+import sys
+from collections.abc import Iterator
+from enum import StrEnum
 from pathlib import Path
+from time import perf_counter
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import typer
 
-__all__ = ["register"]
+from bingham.errors import InvalidArgumentError
+
+if TYPE_CHECKING:
+    from bingham.cli.filtering import FilterOptions
+
+__all__ = ["Frame", "register"]
+
+EXAMPLES = """
+Examples:
+
+    bingham track walk.mat -o tracks
+
+    bingham track flight.bag --json -o tracks | jq .error_deg
+
+    bingham track phone.csv --column gx="Gyro X" --unit gyroscope=deg_s -o tracks
+
+    bingham track camera.txt --measurement-noise 0.02 --process-noise 0.5 --tum -o tracks
+"""
+
+
+class Frame(StrEnum):
+    """Axes in which a covariance is given."""
+
+    body = "body"
+    world = "world"
+
+
+class Settings(NamedTuple):
+    """What to do with every recording."""
+
+    reading: dict[str, Any]
+    filtering: FilterOptions
+    frame: Frame
+    tum: bool
+    figure: bool
 
 
 def register(app: typer.Typer) -> None:
     """Add the command to the application."""
-    app.command()(track)
+    app.command(epilog=EXAMPLES)(track)
 
 
 def track(
-    recordings: list[Path] = typer.Argument(..., metavar="RECORDING...", help="Files or folders of any known format."),
-    output: Path = typer.Option(..., "--output", "-o", metavar="FOLDER", help="Where tracks and figures go."),
+    recordings: list[Path] = typer.Argument(
+        ...,
+        metavar="RECORDING...",
+        help="CSV with named columns, TUM, EuRoC, BROAD .mat/.hdf5, npz, ROS 1 or 2 bag; recognised by content.",
+        show_default=False,
+    ),
+    output: Path = typer.Option(
+        ..., "--output", "-o", metavar="FOLDER", help="Where tracks and figures go.", show_default=False
+    ),
+    as_json: bool = typer.Option(False, "--json", help="Print JSON on standard output: an object, or a list."),
+    frame: Frame = typer.Option(Frame.body, help="Axes of the covariances, named in the files."),
+    tum: bool = typer.Option(False, "--tum", help="Write TUM trajectories too."),
+    figure: bool = typer.Option(True, help="Draw a figure of each track."),
+    process_noise: float = typer.Option(
+        0.3, metavar="RAD/√S", help="Orientations: how fast the body turns; higher follows faster, smooths less."
+    ),
+    measurement_noise: float = typer.Option(
+        0.04, metavar="RAD", help="Orientations: standard deviation of a measurement about each axis."
+    ),
+    gate: float = typer.Option(
+        0.999, metavar="P", help="Orientations: share of regular measurements to let through; 1 refuses none."
+    ),
+    format: str | None = typer.Option(None, help="csv, tum, euroc, broad, npz or rosbag, instead of recognition."),
+    column: list[str] = typer.Option([], metavar="NAME=COLUMN", help="CSV: what the file calls a column."),
+    unit: list[str] = typer.Option([], metavar="QUANTITY=UNIT", help="CSV: a unit its columns do not tell."),
+    topic: list[str] = typer.Option([], metavar="imu|magnetometer=TOPIC", help="Bags: which topic to read."),
 ) -> None:
-    """Filter recordings into orientations with uncertainty."""
-    from bingham.io import read_recording
+    """Filter recordings of an IMU, or of noisy orientations, into orientations with uncertainty.
 
-    for path in recordings:
-        recording = read_recording(path)
-        typer.echo(f"{recording.name}: {recording.size} samples, {recording.duration_s:.1f} s")
+    Writes, for every recording, NAME.track.csv (time, quaternion, covariance, concentrations, log-evidence, decisions of
+    the gate), NAME.track.npz (the full state) and NAME.png into the folder: all of them, or none if anything fails.
+    Ground truth in a recording is compared with.
+    """
+    from bingham.cli.filtering import FilterOptions
+    from bingham.cli.report import print_table
+    from bingham.cli.staging import staged
+
+    reading: dict[str, Any] = {
+        "format": format,
+        "columns": pairs("--column", column),
+        "units": pairs("--unit", unit),
+        **{f"{kind}_topic": name for kind, name in pairs("--topic", topic).items()},
+    }
+    settings = Settings(
+        {key: value for key, value in reading.items() if value},
+        FilterOptions(process_noise, measurement_noise, gate),
+        frame,
+        tum,
+        figure,
+    )
+    names = [path.resolve().stem for path in recordings]
+    if repeated := sorted({name for name in names if names.count(name) > 1}):
+        raise InvalidArgumentError("RECORDING", "files of different names", repeated[0], "run them one by one")
+    with staged(output) as folder:
+        rows = [track_one(path, folder, settings, step) for path, step in progress(recordings, 5 if figure else 4)]
+    for row in rows:
+        row["files"] = [str(output / name) for name in row["files"]]
+    if as_json:
+        typer.echo(json.dumps(rows if len(rows) > 1 else rows[0], indent=2, ensure_ascii=False))
+    else:
+        print_table(rows)
+        typer.echo(f"Files: {output}")
+
+
+def track_one(path: Path, folder: Path, settings: Settings, step: Any) -> dict[str, Any]:
+    """Read, filter, compare, write and draw one recording; return what there is to say about it."""
+    from bingham.cli.filtering import prepare
+    from bingham.cli.output import draw_track, write_track
+    from bingham.cli.report import errors_deg, truth_of
+    from bingham.io import read_recording
+    from bingham.recording import OrientationRecording
+
+    started = perf_counter()
+    step("reading")
+    recording = read_recording(path, **settings.reading)
+    step("filtering")
+    prepared = prepare(recording, settings.filtering)
+    before = perf_counter()
+    result = prepared.run()
+    filtered_s = perf_counter() - before
+    row: dict[str, Any] = {
+        "recording": recording.name,
+        "samples": recording.size,
+        "duration_s": recording.duration_s,
+        "wall_s": 0.0,
+        "us_per_sample": 1e6 * filtered_s / recording.size,
+        "filter": prepared.name,
+        "rejected": int((result.decision == 0).reshape(recording.size, -1).any(axis=1).sum()),
+        "log_evidence": float(result.total_log_evidence),
+    }
+    step("comparing")
+    truth = truth_of(recording, result)
+    measured = recording.orientation if isinstance(recording, OrientationRecording) else None
+    if truth is not None:
+        row["error_deg"] = errors_deg(result.modes, truth)
+        if measured is not None:
+            row["measured_error_deg"] = errors_deg(measured, truth)
+        if truth.heading_offset_rad is not None:
+            row["heading_offset_rad"] = truth.heading_offset_rad
+    step("writing")
+    row["files"] = write_track(folder, recording, result, frame=settings.frame.value, tum=settings.tum)
+    if settings.figure:
+        step("drawing")
+        row["files"].append(draw_track(folder, recording, result, truth))
+    row["wall_s"] = perf_counter() - started
+    return row
+
+
+def pairs(option: str, values: list[str]) -> dict[str, str]:
+    """Return NAME=VALUE options as a mapping."""
+    for value in values:
+        if not all(value.partition("=")[::2]):
+            raise InvalidArgumentError(option, "NAME=VALUE", repr(value))
+    return {name: text for name, _, text in (value.partition("=") for value in values)}
+
+
+def progress(recordings: list[Path], steps: int) -> Any:
+    """Yield each recording with a function that shows its next step on a bar, on stderr if that is a terminal."""
+    from rich.console import Console
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+
+    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
+    shown = sys.stderr.isatty()
+    with Progress(*columns, console=Console(stderr=True), transient=True, disable=not shown) as bar:
+        task = bar.add_task("", total=steps * len(recordings))
+        for count, path in enumerate(recordings):
+            done = itertools.count(steps * count)
+
+            def step(what: str, name: str = path.name, done: Iterator[int] = done) -> None:
+                bar.update(task, completed=next(done), description=f"{name}: {what}")
+
+            yield path, step

@@ -1,0 +1,115 @@
+"""Which filter a recording gets, and what the command line lets users choose about it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from bingham.errors import InvalidArgumentError
+
+if TYPE_CHECKING:
+    from bingham.distributions.bingham import Bingham
+    from bingham.filters.track import Track
+    from bingham.recording import ImuRecording, OrientationRecording
+
+__all__ = ["FilterOptions", "Prepared", "prepare"]
+
+WARM_UP_SAMPLES = 3
+
+
+@dataclass(frozen=True)
+class FilterOptions:
+    """What `bingham track` passes on; noises only concern recordings of orientations.
+
+    Parameters
+    ----------
+    process_noise : float
+        How fast the body turns away from its last orientation, rad/√s.
+    measurement_noise : float
+        Standard deviation of a measured orientation about each axis, rad.
+    gate : float
+        Share of regular measurements to let through; 1 switches the gate off.
+
+    Raises
+    ------
+    InvalidArgumentError
+        If a value is out of its range, named as the option that sets it.
+    """
+
+    process_noise: float
+    measurement_noise: float
+    gate: float
+
+    def __post_init__(self) -> None:
+        for option, value in (("--process-noise", self.process_noise), ("--measurement-noise", self.measurement_noise)):
+            if not 0 < value < np.inf:
+                raise InvalidArgumentError(option, "a number > 0", value)
+        if not 0 < self.gate <= 1:
+            raise InvalidArgumentError("--gate", "a probability in (0, 1]", self.gate, "1 switches the gate off")
+
+
+class Prepared(NamedTuple):
+    """A filter that is ready to run over one recording."""
+
+    name: str
+    run: Callable[[], Track]
+
+
+def prepare(recording: ImuRecording | OrientationRecording, options: FilterOptions) -> Prepared:
+    """Return the filter for a recording, its compiled code loaded, so that timing it times the filter alone."""
+    from bingham.recording import ImuRecording
+
+    if isinstance(recording, ImuRecording):
+        return _inertial(recording)
+    return _orientations(recording, options)
+
+
+def _inertial(recording: ImuRecording) -> Prepared:
+    from bingham.filters.inertial import InertialFilter
+
+    filter_ = InertialFilter()
+    filter_.run(_start(recording))
+    return Prepared("inertial", lambda: filter_.run(recording))
+
+
+def _start(recording: ImuRecording) -> ImuRecording:
+    """Return the first samples of a recording."""
+    count = slice(0, WARM_UP_SAMPLES)
+    fields = ("time", "gyroscope", "accelerometer", "magnetometer", "reference", "score")
+    values = {name: getattr(recording, name) for name in fields}
+    return replace(recording, truth=None, **{k: None if v is None else v[count] for k, v in values.items()})
+
+
+def _orientations(recording: OrientationRecording, options: FilterOptions) -> Prepared:
+    from bingham.distributions.bingham import Bingham
+    from bingham.filters.first_order import BinghamFilter
+    from bingham.filters.gate import Gate
+    from bingham.models.motion import Diffusion
+    from bingham.models.sensors import OrientationSensor
+
+    filter_ = BinghamFilter(
+        Diffusion(options.process_noise, recording.dim),
+        OrientationSensor(orientation_noise(options.measurement_noise, recording.dim)),
+        gate=Gate(options.gate) if options.gate < 1 else None,
+    )
+    prior = Bingham.uniform(recording.dim)
+
+    def run(count: int | None = None) -> Track:
+        return filter_.run(prior, recording.orientation[:count], times=recording.time[:count])
+
+    run(WARM_UP_SAMPLES)
+    return Prepared("first-order", run)
+
+
+def orientation_noise(deviation_rad: float, dim: int) -> Bingham:
+    """Return the isotropic law about the identity whose angle has the given standard deviation per axis."""
+    from bingham.distributions.bingham import Bingham
+
+    if dim == 4:
+        return Bingham.from_covariance([1.0, 0.0, 0.0, 0.0], deviation_rad**2 * np.eye(3), frame="body")
+    # E sin² of a normal angle.
+    across = -np.expm1(-2 * deviation_rad**2) / 2
+    return Bingham.from_moment(np.diag([1 - across, across]))

@@ -1,0 +1,161 @@
+"""``bingham fit``: the Bingham law of a file of axes or quaternions."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import typer
+
+from bingham.errors import InvalidArgumentError, RecordingError
+
+if TYPE_CHECKING:
+    from bingham.distributions.bingham import Bingham
+    from bingham.io import Axes
+
+__all__ = ["describe", "register"]
+
+EXAMPLES = """
+Examples:
+
+    bingham fit lineations.csv
+
+    bingham fit poles.csv --columns n,e,d -o fits
+
+    bingham fit orientations.txt --json | jq .concentrations
+"""
+
+GEOGRAPHIC = ("n", "e", "d")
+# Radius of a plane normal variable's 95 % ellipse in standard deviations: √χ²₂(0.95).
+ELLIPSE = 2.4477468306808166
+
+
+def register(app: typer.Typer) -> None:
+    """Add the command to the application."""
+    app.command(epilog=EXAMPLES)(fit)
+
+
+def fit(
+    file: Path = typer.Argument(
+        ...,
+        metavar="FILE",
+        help="Text, one unit vector a row: n e d, x y z, qw qx qy qz, x y or any d.",
+        show_default=False,
+    ),
+    columns: str | None = typer.Option(None, metavar="A,B,...", help="Names of the components in the file, in order."),
+    output: Path | None = typer.Option(None, "--output", "-o", metavar="FOLDER", help="Draw a figure into it."),
+    as_json: bool = typer.Option(False, "--json", help="Print one JSON object on standard output."),
+) -> None:
+    """Fit a Bingham law to axes (signs do not matter) or quaternions, by maximum likelihood.
+
+    Prints concentrations and principal axes with standard errors, mode, entropy and the 95 % credible angle; for columns
+    n, e, d also trend and plunge, and the pole of the best plane.
+    """  # fmt: skip
+    from bingham.cli.staging import staged
+    from bingham.distributions.bingham import Bingham
+    from bingham.io import read_axes
+
+    axes = read_axes(file, columns=None if columns is None else [name.strip() for name in columns.split(",")])
+    try:
+        law = Bingham.fit(axes.values)
+    except InvalidArgumentError as error:
+        raise RecordingError(file, f"{len(axes.values)} rows", str(error)) from None
+    row = describe(axes, law)
+    if output is not None:
+        from bingham.plot.axes import plot_fit
+
+        with staged(output) as folder:
+            name = f"{axes.name}.fit.png"
+            plot_fit(axes.values, law, names=axes.columns, title=axes.name).savefig(folder / name, dpi=150)
+        row["files"] = [str(output / name)]
+    if as_json:
+        typer.echo(json.dumps(row, indent=2, ensure_ascii=False))
+    else:
+        print_fit(row)
+
+
+def describe(axes: Axes, law: Bingham) -> dict[str, Any]:
+    """Return what there is to say about a fit; angles in degrees where the name says so.
+
+    An infinite error stands for axes that the data leave open; JSON has no such number, so it becomes None.
+    """
+    size, dim = axes.values.shape
+    errors = law.standard_errors(size)
+    with np.errstate(over="ignore"):
+        turns = np.degrees(errors.axes)
+    angle = float(np.degrees(law.credible_angle(0.95)))
+    row: dict[str, Any] = {
+        "file": axes.name,
+        "columns": list(axes.columns),
+        "samples": size,
+        "dim": dim,
+        "concentrations": law.z.tolist(),
+        "concentration_errors": errors.concentrations.tolist(),
+        "axes": law.M.T.tolist(),
+        "axis_errors_deg": [[x if np.isfinite(x) else None for x in line] for line in turns.tolist()],
+        "moments": law.axis_moments.tolist(),
+        "mode": law.mode.tolist(),
+        "mode_confidence_95_deg": [x if np.isfinite(x) else None for x in (ELLIPSE * turns[:-1, -1]).tolist()],
+        "entropy": float(law.entropy()),
+        "log_likelihood": float(np.sum(law.logpdf(axes.values))),
+        "credible_angle_95_deg": angle,
+    }
+    if dim == 4:
+        row["credible_rotation_95_deg"] = min(2 * angle, 180.0)
+    if tuple(name.lower() for name in axes.columns) == GEOGRAPHIC:
+        row["mode_trend_plunge_deg"] = trend_plunge(law.M[:, 2])
+        row["plane_pole_trend_plunge_deg"] = trend_plunge(law.M[:, 0])
+    return row
+
+
+def trend_plunge(axis: Any) -> list[float]:
+    """Return azimuth of an axis (north, east, down) clockwise from north, and dip of its lower end, degrees."""
+    north, east, down = axis if axis[2] >= 0 else -axis
+    return [
+        float(np.degrees(np.arctan2(east, north)) % 360),
+        float(np.degrees(np.arctan2(down, np.hypot(north, east)))),
+    ]
+
+
+def print_fit(row: dict[str, Any]) -> None:
+    """Print a fit for people."""
+    from rich.console import Console
+    from rich.table import Table
+
+    console = Console()
+    console.print(f"[bold]{row['file']}[/]: {row['samples']} samples, d = {row['dim']}", highlight=False)
+    table = Table(box=None, header_style="bold", pad_edge=False)
+    for heading in ("concentration", "± s.e.", "share", f"axis ({' '.join(row['columns'])})", "± to the mode"):
+        table.add_column(heading, justify="right")
+    turns = [line[-1] for line in row["axis_errors_deg"]]
+    lines = zip(row["concentrations"], row["concentration_errors"], row["moments"], row["axes"], turns, strict=True)
+    for k, (z, error, share, axis, turn) in enumerate(lines):
+        last = k == row["dim"] - 1
+        table.add_row(
+            f"{z:.5g}",
+            "" if last else f"{error:.2g}",
+            f"{share:.4f}",
+            "  ".join(f"{x:+.4f}" for x in axis),
+            "mode" if last else "open" if turn is None else f"{turn:.2f}°",
+        )
+    console.print(table, highlight=False)
+    rotation = f" (rotation by {row['credible_rotation_95_deg']:.2f}°)" if row["dim"] == 4 else ""
+    for name, value in (
+        ("95 % of axes within", f"{row['credible_angle_95_deg']:.2f}°{rotation} of the mode"),
+        ("95 % confidence of the mode", " × ".join(_degrees(x) for x in row["mode_confidence_95_deg"])),
+        ("entropy", f"{row['entropy']:.4f} nat"),
+        ("log-likelihood", f"{row['log_likelihood']:.2f}"),
+    ):
+        console.print(f"{name:<28}{value}", highlight=False)
+    for name, key in (("mode", "mode_trend_plunge_deg"), ("pole of the best plane", "plane_pole_trend_plunge_deg")):
+        if key in row:
+            trend, plunge = row[key]
+            console.print(f"{name:<28}trend {trend:05.1f}°, plunge {plunge:.1f}°", highlight=False)
+    for name in row.get("files", []):
+        console.print(f"{'figure':<28}{name}", highlight=False)
+
+
+def _degrees(value: float | None) -> str:
+    return "open" if value is None else f"{value:.2f}°"

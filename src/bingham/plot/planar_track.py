@@ -1,0 +1,84 @@
+"""A track of axes in the plane: angle over time with its credible band, and the error."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bingham.distributions.bingham import Bingham
+from bingham.filters.track import Track
+from bingham.plot.style import AXIS_COLOURS, INK, PALE, draw_band, new_figure, shade_unscored, stride, unbroken
+
+__all__ = ["plot_planar_track"]
+
+FloatArray = NDArray[np.float64]
+
+MOST = 500  # credible angles are quadratures, one by one
+
+
+def plot_planar_track(
+    time: FloatArray,
+    track: Track,
+    *,
+    truth: FloatArray | None = None,
+    scored: NDArray[np.bool_] | None = None,
+    measured: FloatArray | None = None,
+    title: str = "",
+) -> Any:
+    """Draw a track of axes in the plane, angles in (−90°, 90°].
+
+    Parameters
+    ----------
+    time : (T,) ndarray
+        Seconds.
+    track : Track
+        Axes, d = 2.
+    truth : (T, 2) ndarray, optional
+        True axes, NaN where unknown.
+    scored : (T,) ndarray of bool, optional
+        Samples whose errors count; the others are shaded.
+    measured : (T, 2) ndarray, optional
+        What the filter was given, for comparison.
+    title : str
+        Heading.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        Save it with ``savefig``.
+    """
+    kept = stride(len(time), MOST)
+    t, laws = time[kept], Bingham.from_spectrum(track.concentrations[kept], track.frames[kept])
+    band = np.degrees(laws.credible_angle(0.95))
+    figure = new_figure(9.0, 4.0 if truth is None else 6.0)
+    panels = figure.subplots(1 if truth is None else 2, 1, sharex=True, squeeze=False)[:, 0]
+    if measured is not None:
+        panels[0].plot(t, _angle(measured[kept]), ".", color=PALE, ms=3, label="measured")
+    line = unbroken(_angle(laws.mode), 90.0)
+    panels[0].plot(t, line, color=AXIS_COLOURS[2], lw=1.0, label="estimate")
+    draw_band(panels[0], t, line, band, AXIS_COLOURS[2])
+    panels[0].set(ylabel="axis [°]", ylim=(-95, 95), yticks=range(-90, 91, 45))
+    if truth is not None:
+        panels[0].plot(t, unbroken(_angle(truth[kept]), 90.0), color=INK, lw=0.7, ls=":", label="truth")
+        off = _wrapped(_angle(laws.mode) - _angle(truth[kept]))
+        panels[1].fill_between(t, -band, band, color=AXIS_COLOURS[2], alpha=0.2, lw=0, label="95 % band")
+        panels[1].plot(t, off, color=AXIS_COLOURS[2], lw=0.8, label="error")
+        panels[1].set_ylabel("error [°]")
+        if scored is not None:
+            shade_unscored(panels[1], t, scored[kept])
+    for axes in panels:
+        axes.legend(loc="upper right", ncols=3, fontsize=8)
+    panels[-1].set(xlabel="time [s]", xlim=(t[0], t[-1]))
+    figure.suptitle(title, fontsize=11)
+    return figure
+
+
+def _angle(x: FloatArray) -> FloatArray:
+    return _wrapped(np.degrees(np.arctan2(x[:, 1], x[:, 0])))
+
+
+def _wrapped(angle_deg: FloatArray) -> FloatArray:
+    """Return the angle of the same axis in [−90°, 90°)."""
+    return (angle_deg + 90.0) % 180.0 - 90.0

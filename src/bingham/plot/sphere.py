@@ -1,0 +1,55 @@
+"""A unit sphere on paper, seen from afar, and rotations on it as clouds of turned axes."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from bingham.plot.style import AXIS_COLOURS, INK, PALE
+from bingham.rotations import rotate
+
+__all__ = ["draw_axes_cloud", "draw_sphere", "project"]
+
+FloatArray = NDArray[np.float64]
+
+# Azimuth and elevation of the eye, rad: all three world axes are in front.
+EYE = (np.radians(35.0), np.radians(25.0))
+
+
+def project(v: ArrayLike) -> tuple[FloatArray, FloatArray, NDArray[np.bool_]]:
+    """Return screen coordinates right and up (...) of vectors (..., 3), and whether they are in front."""
+    azimuth, elevation = EYE
+    towards = np.array([np.cos(elevation) * np.cos(azimuth), np.cos(elevation) * np.sin(azimuth), np.sin(elevation)])
+    right = np.array([-np.sin(azimuth), np.cos(azimuth), 0.0])
+    x = np.asarray(v, dtype=np.float64)
+    return x @ right, x @ np.cross(towards, right), x @ towards >= 0
+
+
+def draw_sphere(axes: Any, names: tuple[str, str, str] = ("x", "y", "z")) -> None:
+    """Draw outline, equator and the three world axes."""
+    turn = np.linspace(0.0, 2 * np.pi, 181)
+    axes.plot(np.cos(turn), np.sin(turn), color=INK, lw=0.8)
+    circle = np.stack([np.cos(turn), np.sin(turn), np.zeros_like(turn)], axis=1)
+    for line in (circle, circle[:, [0, 2, 1]], circle[:, [2, 0, 1]]):
+        right, up, front = project(line)
+        axes.plot(np.where(front, right, np.nan), up, color=PALE, lw=0.7)
+        axes.plot(np.where(front, np.nan, right), up, color=PALE, lw=0.5, ls=":")
+    for name, tip in zip(names, np.eye(3), strict=True):
+        right, up, _ = project(tip)
+        axes.annotate(
+            name, (1.0 * right, 1.0 * up), (1.18 * right, 1.18 * up), color=INK, ha="center", va="center",
+            arrowprops={"arrowstyle": "-", "color": INK, "lw": 0.8, "shrinkA": 4, "shrinkB": 0},
+        )  # fmt: skip
+    axes.set(xlim=(-1.25, 1.25), ylim=(-1.25, 1.25), aspect="equal")
+    axes.set_axis_off()
+
+
+def draw_axes_cloud(axes: Any, q: ArrayLike, *, size: float = 3.0, alpha: float = 0.4) -> None:
+    """Draw where rotations (n, 4) carry the body's x, y and z axes: dots, pale on the far side."""
+    quaternion = np.asarray(q, dtype=np.float64)
+    for tip, colour in zip(np.eye(3), AXIS_COLOURS, strict=True):
+        right, up, front = project(rotate(quaternion, tip))
+        for side, strength in ((~front, 0.3 * alpha), (front, alpha)):
+            axes.scatter(right[side], up[side], s=size, color=colour, alpha=strength, lw=0)

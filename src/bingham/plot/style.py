@@ -1,0 +1,51 @@
+"""What the figures share: colours, sizes, and figures that need no display."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bingham.errors import MissingExtraError
+
+__all__ = ["AXIS_COLOURS", "INK", "PALE", "draw_band", "new_figure", "shade_unscored", "stride", "unbroken"]
+
+# Okabe & Ito's palette: told apart by colour-blind readers too.
+AXIS_COLOURS = ("#D55E00", "#009E73", "#0072B2")
+INK, PALE = "#333333", "#BBBBBB"
+
+
+def new_figure(width: float, height: float) -> Any:
+    """Return a matplotlib figure of the given size, inches, that belongs to no window and no global state."""
+    try:
+        from matplotlib.figure import Figure
+    except ImportError:
+        raise MissingExtraError("matplotlib", "plot", "drawing figures") from None
+    return Figure(figsize=(width, height), layout="constrained")
+
+
+def stride(size: int, most: int = 3000) -> slice:
+    """Return a slice that keeps at most `most` of `size` samples, evenly."""
+    return slice(None, None, max(1, -(-size // most)))
+
+
+def unbroken(angle_deg: NDArray[np.float64], jump_deg: float = 180.0) -> NDArray[np.float64]:
+    """Return angles (T,) with NaN where they jump, so that no line is drawn across."""
+    drawn = np.array(angle_deg)
+    drawn[1:][np.abs(np.diff(drawn)) > jump_deg] = np.nan
+    return drawn
+
+
+def draw_band(
+    axes: Any, t: NDArray[np.float64], middle: NDArray[np.float64], half: NDArray[np.float64], colour: str
+) -> None:
+    """Fill the band about a line; where the half-width is NaN, nothing is known and nothing drawn."""
+    axes.fill_between(t, middle - half, middle + half, color=colour, alpha=0.2, lw=0)
+
+
+def shade_unscored(axes: Any, t: NDArray[np.float64], scored: NDArray[np.bool_]) -> None:
+    """Shade the times whose samples do not count."""
+    if not scored.all():
+        edge = axes.get_xaxis_transform()
+        axes.fill_between(t, 0, 1, where=~scored, step="mid", color=PALE, alpha=0.3, lw=0, zorder=0, transform=edge)

@@ -1,0 +1,174 @@
+"""A track of rotations over time: angles with their band, errors against what the filter claims, the sphere."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import chdtri, ndtri
+
+from bingham.distributions.bingham import Bingham
+from bingham.filters.track import Track
+from bingham.plot.sphere import draw_axes_cloud, draw_sphere
+from bingham.plot.style import AXIS_COLOURS, INK, PALE, draw_band, new_figure, shade_unscored, stride, unbroken
+from bingham.rotations import compose, conjugate, to_rotation_vector
+
+__all__ = ["plot_track"]
+
+FloatArray = NDArray[np.float64]
+
+LEVEL = 0.95
+PER_AXIS = float(ndtri((1 + LEVEL) / 2))  # half-width of a normal variable's interval, standard deviations
+IN_PLANE = float(np.sqrt(chdtri(2, 1 - LEVEL)))  # radius of a plane normal variable's disc, the same
+CLOUDS, CLOUD_SIZE = 12, 80
+
+
+def plot_track(
+    time: FloatArray,
+    track: Track,
+    *,
+    truth: FloatArray | None = None,
+    scored: NDArray[np.bool_] | None = None,
+    measured: FloatArray | None = None,
+    world: tuple[str, str, str] = ("x", "y", "z"),
+    title: str = "",
+) -> Any:
+    """Draw a track of rotations.
+
+    Parameters
+    ----------
+    time : (T,) ndarray
+        Seconds.
+    track : Track
+        Rotations, d = 4.
+    truth : (T, 4) ndarray, optional
+        True orientations, NaN where unknown.
+    scored : (T,) ndarray of bool, optional
+        Samples whose errors count; the others are shaded.
+    measured : (T, 4) ndarray, optional
+        What the filter was given, for comparison.
+    world : tuple of str
+        Names of the world's axes, the third one vertical.
+    title : str
+        Heading.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        Save it with ``savefig``.
+    """
+    # Thinned before anything is computed: no screen has more columns.
+    kept = stride(len(time))
+    t, laws = time[kept], Bingham.from_spectrum(track.concentrations[kept], track.frames[kept])
+    covariance = laws.covariance(frame="world", undefined="nan")
+    figure = new_figure(11.0, 6.5)
+    grid = figure.add_gridspec(3, 2, width_ratios=[2.2, 1.0])
+    angles = figure.add_subplot(grid[0, 0])
+    heading, inclination = (figure.add_subplot(grid[row, 0], sharex=angles) for row in (1, 2))
+    _draw_angles(angles, t, laws.mode, covariance, None if truth is None else truth[kept])
+    if truth is None:
+        _draw_widths(heading, inclination, t, covariance)
+    else:
+        raw = None if measured is None else _error_deg(measured[kept], truth[kept])
+        _draw_errors(heading, inclination, t, _error_deg(laws.mode, truth[kept]), covariance, raw)
+        if scored is not None:
+            for axes in (heading, inclination):
+                shade_unscored(axes, t, scored[kept])
+    inclination.set(xlabel="time [s]", xlim=(t[0], t[-1]))
+    _draw_cloud(figure.add_subplot(grid[:, 1]), laws, world)
+    figure.suptitle(title, fontsize=11)
+    return figure
+
+
+def _draw_angles(axes: Any, t: FloatArray, q: FloatArray, covariance: FloatArray, truth: FloatArray | None) -> None:
+    """Yaw, pitch and roll (intrinsic z, y', x'') with bands, true ones dashed."""
+    angle, jacobian = _yaw_pitch_roll(q)
+    deviation = np.sqrt(np.einsum("tai,tij,taj->ta", jacobian, covariance, jacobian))
+    band = np.clip(PER_AXIS * np.degrees(deviation), 0, 180)
+    for k, (name, colour) in enumerate(zip(("yaw", "pitch", "roll"), AXIS_COLOURS[::-1], strict=True)):
+        line = unbroken(np.degrees(angle[:, k]))
+        axes.plot(t, line, color=colour, lw=0.9, label=name)
+        draw_band(axes, t, line, band[:, k], colour)
+        if truth is not None:
+            axes.plot(t, unbroken(np.degrees(_yaw_pitch_roll(truth)[0][:, k])), color=INK, lw=0.6, ls=":")
+    axes.set(ylabel="orientation [°]", ylim=(-185, 185), yticks=range(-180, 181, 90))
+    axes.legend(loc="upper right", ncols=3, fontsize=8)
+
+
+def _yaw_pitch_roll(q: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return R = R_z(yaw) R_y(pitch) R_x(roll), (T, 3), and how they follow a small turn in world axes, (T, 3, 3)."""
+    w, x, y, z = q.T
+    yaw = np.arctan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))
+    pitch = np.arcsin(np.clip(2 * (w * y - z * x), -1, 1))
+    roll = np.arctan2(2 * (w * x + y * z), 1 - 2 * (x * x + y * y))
+    c, s = np.cos(yaw), np.sin(yaw)
+    # Upright the three angles are not defined; the band is then as wide as the circle.
+    cosine = np.maximum(np.cos(pitch), 1e-6)
+    zero, one = np.zeros_like(c), np.ones_like(c)
+    rows = [
+        [c * np.sin(pitch) / cosine, s * np.sin(pitch) / cosine, one],
+        [-s, c, zero],
+        [c / cosine, s / cosine, zero],
+    ]
+    return np.stack([yaw, pitch, roll], axis=1), np.moveaxis(np.array(rows), 2, 0)
+
+
+def _error_deg(q: FloatArray, truth: FloatArray) -> FloatArray:
+    """Rotation vector of q ⊗ truth* (T, 3), world axes, degrees."""
+    return np.degrees(to_rotation_vector(compose(q, conjugate(truth))))
+
+
+def _half_widths(covariance: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Heading's 95 % half-width and a radius about the vertical that holds at least 95 %, degrees (T,)."""
+    (a, b), (_, c) = covariance[:, 0, :2].T, covariance[:, 1, :2].T
+    widest = (a + c) / 2 + np.hypot((a - c) / 2, b)
+    return PER_AXIS * np.degrees(np.sqrt(covariance[:, 2, 2])), IN_PLANE * np.degrees(np.sqrt(widest))
+
+
+def _draw_widths(heading: Any, inclination: Any, t: FloatArray, covariance: FloatArray) -> None:
+    panels = ((heading, "heading"), (inclination, "inclination"))
+    for (axes, name), width in zip(panels, _half_widths(covariance), strict=True):
+        axes.fill_between(t, 0, width, color=PALE, alpha=0.5, lw=0)
+        axes.set_ylabel(f"{name}: 95 % within [°]")
+        axes.set_ylim(0, _limit(width))
+
+
+def _draw_errors(
+    heading: Any, inclination: Any, t: FloatArray, error: FloatArray, covariance: FloatArray, raw: FloatArray | None
+) -> None:
+    """Signed heading error in its band, size of the inclination error under its bound, measurements behind."""
+    across, around = _half_widths(covariance)
+    if raw is not None:
+        heading.plot(t, raw[:, 2], ".", color=PALE, ms=2, label="measured")
+        inclination.plot(t, np.hypot(raw[:, 0], raw[:, 1]), ".", color=PALE, ms=2, label="measured")
+    heading.fill_between(t, -across, across, color=AXIS_COLOURS[2], alpha=0.2, lw=0, label="95 % band")
+    inclination.fill_between(t, 0, around, color=AXIS_COLOURS[0], alpha=0.2, lw=0, label="95 % band")
+    tilt = np.hypot(error[:, 0], error[:, 1])
+    heading.plot(t, error[:, 2], color=AXIS_COLOURS[2], lw=0.8, label="error")
+    inclination.plot(t, tilt, color=AXIS_COLOURS[0], lw=0.8, label="error")
+    most = _limit(np.abs(error[:, 2]), across)
+    heading.set(ylabel="heading error [°]", ylim=(-most, most))
+    inclination.set(ylabel="inclination error [°]", ylim=(0, _limit(tilt, around)))
+    for axes in (heading, inclination):
+        axes.legend(loc="upper right", ncols=3, fontsize=8)
+
+
+def _limit(*values: FloatArray) -> float:
+    """Upper end of an axis that shows nearly all values, whatever the wide bands and errors of the first samples."""
+    shown = [np.nanquantile(v, 0.99) for v in values if np.isfinite(v).any()]
+    return float(1.4 * max(*shown, 0.1)) if shown else 1.0
+
+
+def _draw_cloud(axes: Any, laws: Bingham, world: tuple[str, str, str]) -> None:
+    draw_sphere(axes, world)
+    draw_axes_cloud(axes, laws.mode, size=1.0, alpha=0.15)
+    chosen = np.unique(np.linspace(0, len(laws.z) - 1, CLOUDS).astype(int))
+    rng = np.random.default_rng(0)
+    samples = [laws[int(k)].rvs(CLOUD_SIZE, rng=rng) for k in chosen[1:]]
+    if samples:
+        draw_axes_cloud(axes, np.concatenate(samples), size=3.0, alpha=0.6)
+    axes.set_title(f"where the body's x, y and z axes point:\npath, and {len(samples)} laws by samples", fontsize=9)
+    for name, colour in zip("xyz", AXIS_COLOURS, strict=True):
+        axes.plot([], [], "o", color=colour, ms=4, label=f"body {name}")
+    axes.legend(loc="lower center", ncols=3, fontsize=8, frameon=False)
