@@ -28,8 +28,6 @@ Examples:
 """
 
 GEOGRAPHIC = ("n", "e", "d")
-# Radius of a plane normal variable's 95 % ellipse in standard deviations: √χ²₂(0.95).
-ELLIPSE = 2.4477468306808166
 
 
 def register(app: typer.Typer) -> None:
@@ -50,8 +48,8 @@ def fit(
 ) -> None:
     """Fit a Bingham law to axes (signs do not matter) or quaternions, by maximum likelihood.
 
-    Prints concentrations and principal axes with standard errors, mode, entropy and the 95 % credible angle; for columns
-    n, e, d also trend and plunge, and the pole of the best plane.
+    Prints concentrations and principal axes with standard errors, mode, entropy and the 95 % credible angle; for
+    columns n, e, d also trend and plunge, and the pole of the best plane.
     """  # fmt: skip
     from bingham.cli.staging import staged
     from bingham.distributions.bingham import Bingham
@@ -79,10 +77,13 @@ def fit(
 def describe(axes: Axes, law: Bingham) -> dict[str, Any]:
     """Return what there is to say about a fit; angles in degrees where the name says so.
 
-    An infinite error stands for axes that the data leave open; JSON has no such number, so it becomes None.
+    Axes that the data leave open have infinite errors; JSON knows no such number, so they become None.
     """
+    from scipy.special import chdtri
+
     size, dim = axes.values.shape
     errors = law.standard_errors(size)
+    ellipse = np.sqrt(chdtri(dim - 1, 0.05))  # semi-axis of a normal variable's 95 % ellipsoid, standard deviations
     with np.errstate(over="ignore"):
         turns = np.degrees(errors.axes)
     angle = float(np.degrees(law.credible_angle(0.95)))
@@ -97,7 +98,7 @@ def describe(axes: Axes, law: Bingham) -> dict[str, Any]:
         "axis_errors_deg": [[x if np.isfinite(x) else None for x in line] for line in turns.tolist()],
         "moments": law.axis_moments.tolist(),
         "mode": law.mode.tolist(),
-        "mode_confidence_95_deg": [x if np.isfinite(x) else None for x in (ELLIPSE * turns[:-1, -1]).tolist()],
+        "mode_confidence_95_deg": [x if np.isfinite(x) else None for x in (ellipse * turns[:-1, -1]).tolist()],
         "entropy": float(law.entropy()),
         "log_likelihood": float(np.sum(law.logpdf(axes.values))),
         "credible_angle_95_deg": angle,

@@ -8,7 +8,7 @@ import sys
 from collections.abc import Iterator
 from enum import StrEnum
 from pathlib import Path
-from time import perf_counter
+from time import perf_counter, thread_time
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import typer
@@ -85,9 +85,9 @@ def track(
 ) -> None:
     """Filter recordings of an IMU, or of noisy orientations, into orientations with uncertainty.
 
-    Writes, for every recording, NAME.track.csv (time, quaternion, covariance, concentrations, log-evidence, decisions of
-    the gate), NAME.track.npz (the full state) and NAME.png into the folder: all of them, or none if anything fails.
-    Ground truth in a recording is compared with.
+    Writes, for every recording, NAME.track.csv (time, quaternion, covariance, concentrations, log-evidence, decisions
+    of the gate), NAME.track.npz (the full state) and NAME.png into the folder: all of them, or none if anything fails.
+    Tracks are compared with ground truth where a recording has it. µs/sample is processor time of the filter alone.
     """
     from bingham.cli.filtering import FilterOptions
     from bingham.cli.report import print_table
@@ -133,9 +133,9 @@ def track_one(path: Path, folder: Path, settings: Settings, step: Any) -> dict[s
     recording = read_recording(path, **settings.reading)
     step("filtering")
     prepared = prepare(recording, settings.filtering)
-    before = perf_counter()
+    before = thread_time()
     result = prepared.run()
-    filtered_s = perf_counter() - before
+    filtered_s = thread_time() - before
     row: dict[str, Any] = {
         "recording": recording.name,
         "samples": recording.size,

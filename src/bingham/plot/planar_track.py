@@ -9,7 +9,17 @@ from numpy.typing import NDArray
 
 from bingham.distributions.bingham import Bingham
 from bingham.filters.track import Track
-from bingham.plot.style import AXIS_COLOURS, INK, PALE, draw_band, new_figure, shade_unscored, stride, unbroken
+from bingham.plot.style import (
+    AXIS_COLOURS,
+    INK,
+    PALE,
+    draw_band,
+    legend_above,
+    new_figure,
+    shade_unscored,
+    stride,
+    unbroken,
+)
 
 __all__ = ["plot_planar_track"]
 
@@ -69,7 +79,7 @@ def plot_planar_track(
         if scored is not None:
             shade_unscored(panels[1], t, scored[kept])
     for axes in panels:
-        axes.legend(loc="upper right", ncols=3, fontsize=8)
+        legend_above(axes)
     panels[-1].set(xlabel="time [s]", xlim=(t[0], t[-1]))
     figure.suptitle(title, fontsize=11)
     return figure

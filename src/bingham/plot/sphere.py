@@ -37,12 +37,11 @@ def draw_sphere(axes: Any, names: tuple[str, str, str] = ("x", "y", "z")) -> Non
         axes.plot(np.where(front, right, np.nan), up, color=PALE, lw=0.7)
         axes.plot(np.where(front, np.nan, right), up, color=PALE, lw=0.5, ls=":")
     for name, tip in zip(names, np.eye(3), strict=True):
-        right, up, _ = project(tip)
-        axes.annotate(
-            name, (1.0 * right, 1.0 * up), (1.18 * right, 1.18 * up), color=INK, ha="center", va="center",
-            arrowprops={"arrowstyle": "-", "color": INK, "lw": 0.8, "shrinkA": 4, "shrinkB": 0},
-        )  # fmt: skip
-    axes.set(xlim=(-1.25, 1.25), ylim=(-1.25, 1.25), aspect="equal")
+        (right, near), (up, high) = (np.multiply(c, [1.0, 1.3]) for c in project(tip)[:2])
+        axes.plot([right, near], [up, high], color=INK, lw=0.8)
+        box = {"boxstyle": "round,pad=0.15", "fc": "white", "ec": "none", "alpha": 0.8}
+        axes.text(near, high, name, color=INK, ha="center", va="center", bbox=box)
+    axes.set(xlim=(-1.3, 1.3), ylim=(-1.3, 1.3), aspect="equal")
     axes.set_axis_off()
 
 

@@ -9,7 +9,17 @@ from numpy.typing import NDArray
 
 from bingham.errors import MissingExtraError
 
-__all__ = ["AXIS_COLOURS", "INK", "PALE", "draw_band", "new_figure", "shade_unscored", "stride", "unbroken"]
+__all__ = [
+    "AXIS_COLOURS",
+    "INK",
+    "PALE",
+    "draw_band",
+    "legend_above",
+    "new_figure",
+    "shade_unscored",
+    "stride",
+    "unbroken",
+]
 
 # Okabe & Ito's palette: told apart by colour-blind readers too.
 AXIS_COLOURS = ("#D55E00", "#009E73", "#0072B2")
@@ -42,6 +52,12 @@ def draw_band(
 ) -> None:
     """Fill the band about a line; where the half-width is NaN, nothing is known and nothing drawn."""
     axes.fill_between(t, middle - half, middle + half, color=colour, alpha=0.2, lw=0)
+
+
+def legend_above(axes: Any, columns: int = 3) -> None:
+    """Put the legend above the panel, where it hides no data."""
+    place = {"loc": "lower right", "bbox_to_anchor": (1.0, 1.0), "borderaxespad": 0.1}
+    axes.legend(ncols=columns, fontsize=8, frameon=False, **place)
 
 
 def shade_unscored(axes: Any, t: NDArray[np.float64], scored: NDArray[np.bool_]) -> None:

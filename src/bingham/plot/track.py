@@ -11,7 +11,17 @@ from scipy.special import chdtri, ndtri
 from bingham.distributions.bingham import Bingham
 from bingham.filters.track import Track
 from bingham.plot.sphere import draw_axes_cloud, draw_sphere
-from bingham.plot.style import AXIS_COLOURS, INK, PALE, draw_band, new_figure, shade_unscored, stride, unbroken
+from bingham.plot.style import (
+    AXIS_COLOURS,
+    INK,
+    PALE,
+    draw_band,
+    legend_above,
+    new_figure,
+    shade_unscored,
+    stride,
+    unbroken,
+)
 from bingham.rotations import compose, conjugate, to_rotation_vector
 
 __all__ = ["plot_track"]
@@ -93,7 +103,7 @@ def _draw_angles(axes: Any, t: FloatArray, q: FloatArray, covariance: FloatArray
         if truth is not None:
             axes.plot(t, unbroken(np.degrees(_yaw_pitch_roll(truth)[0][:, k])), color=INK, lw=0.6, ls=":")
     axes.set(ylabel="orientation [°]", ylim=(-185, 185), yticks=range(-180, 181, 90))
-    axes.legend(loc="upper right", ncols=3, fontsize=8)
+    legend_above(axes)
 
 
 def _yaw_pitch_roll(q: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -142,8 +152,9 @@ def _draw_errors(
     if raw is not None:
         heading.plot(t, raw[:, 2], ".", color=PALE, ms=2, label="measured")
         inclination.plot(t, np.hypot(raw[:, 0], raw[:, 1]), ".", color=PALE, ms=2, label="measured")
-    heading.fill_between(t, -across, across, color=AXIS_COLOURS[2], alpha=0.2, lw=0, label="95 % band")
-    inclination.fill_between(t, 0, around, color=AXIS_COLOURS[0], alpha=0.2, lw=0, label="95 % band")
+    label = "95 % band" if np.isfinite(across).any() else "no band: no clear mode"
+    heading.fill_between(t, -across, across, color=AXIS_COLOURS[2], alpha=0.2, lw=0, label=label)
+    inclination.fill_between(t, 0, around, color=AXIS_COLOURS[0], alpha=0.2, lw=0, label=label)
     tilt = np.hypot(error[:, 0], error[:, 1])
     heading.plot(t, error[:, 2], color=AXIS_COLOURS[2], lw=0.8, label="error")
     inclination.plot(t, tilt, color=AXIS_COLOURS[0], lw=0.8, label="error")
@@ -151,7 +162,7 @@ def _draw_errors(
     heading.set(ylabel="heading error [°]", ylim=(-most, most))
     inclination.set(ylabel="inclination error [°]", ylim=(0, _limit(tilt, around)))
     for axes in (heading, inclination):
-        axes.legend(loc="upper right", ncols=3, fontsize=8)
+        legend_above(axes)
 
 
 def _limit(*values: FloatArray) -> float:
