@@ -28,7 +28,7 @@ def simulated(seconds=60.0, **options):
 
 @pytest.mark.skipif(not BROAD.is_dir(), reason="the BROAD recordings are not beside the project")
 def test_broad_without_bias_estimation():
-    """One parameter set, 15 trials: mean total RMSE at most 3.6°, inclination at most 1.1° (VQF without bias: 3.49°)."""
+    """One parameter set, 15 trials: mean total RMSE at most 3.6°, inclination 1.1° (VQF without bias: 3.49°)."""
     errors = []
     for path in sorted(BROAD.glob("*.npz")):
         recording = read_recording(path)

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numba import prange
 
 from bingham.kernels.compile import compiled
 from bingham.kernels.eigen import diagonalize_4, orthonormalize_4
 from bingham.kernels.moments import concentrations, concentrations_4
+from bingham.kernels.normalizer import derivatives_4
 from bingham.kernels.rule import log_normalizer_derivatives
 
 __all__ = ["batch_concentrations", "batch_derivatives", "batch_diagonalize_4"]
@@ -30,6 +33,9 @@ def batch_derivatives(z, log_f, gradient, hessian):
     n, d = z.shape
     for k in prange(n):
         g, h = gradient[k], hessian[k]
+        if d == 4 and z[k, 3] == 0.0:
+            log_f[k] = math.log(derivatives_4(z[k], g, h))
+            continue
         x = z[k].copy()
         i = _largest_last(x)
         log_f[k] = log_normalizer_derivatives(x, g, h)

@@ -45,6 +45,18 @@ def _branch(pr, pi, t, u):
     return u, t
 
 
+@compiled(inline=True)
+def _winding(p, q, r):
+    """Sign of √p·√q relative to the principal root of r = p·q, from imaginary parts.
+
+    p and q have arguments α, β in (0, 2π) and roots in the upper half-plane; the principal root of r is theirs unless
+    α + β lies in (π, 3π): always so for mixed signs of p and q, else told by the sign of r.
+    """
+    both = p > 0.0 and q > 0.0 and r >= 0.0
+    none = p <= 0.0 and q <= 0.0 and r <= 0.0
+    return 1.0 if both or none else -1.0
+
+
 @compiled()
 def derivatives_4(z, gradient, hessian):
     """Return F for d = 4; write ω = ∇ log F and the 4×4 Hessian of log F.
@@ -58,21 +70,28 @@ def derivatives_4(z, gradient, hessian):
     for k in range(8):
         si = SI[k]
         a0, a1, a2, a3 = SR[k] - z0, SR[k] - z1, SR[k] - z2, SR[k] - z3
-        # Pairs of upper half-plane factors have arguments in (0, 2π): one root serves two factors.
+        # One root serves all four factors; the arguments of the pairs tell its branch (see `_winding`).
         pr, pi = a0 * a1 - si * si, si * (a0 + a1)
         qr, qi = a2 * a3 - si * si, si * (a2 + a3)
         m0, m1, m2, m3 = a0 * a0 + si * si, a1 * a1 + si * si, a2 * a2 + si * si, a3 * a3 + si * si
-        p, q = math.sqrt(m0 * m1), math.sqrt(m2 * m3)
-        tp, tq = math.sqrt(0.5 * (p + abs(pr))), math.sqrt(0.5 * (q + abs(qr)))
-        # One division serves both roots, the reciprocal of their product and the four reciprocal factors.
-        r = 1.0 / (p * q * tp * tq)
-        n = r * tp * tq
-        pr, pi = _branch(pr, pi, tp, 0.5 * pi * r * p * q * tq)
-        qr, qi = _branch(qr, qi, tq, 0.5 * qi * r * p * q * tp)
         rr, ri = pr * qr - pi * qi, pr * qi + pi * qr
+        size = math.sqrt(m0 * m1) * math.sqrt(m2 * m3)
+        t = math.sqrt(0.5 * (size + abs(rr)))
+        # One division serves the root, its reciprocal and the four reciprocal factors.
+        r = 1.0 / (size * t)
+        u = 0.5 * ri * size * r
+        n = r * t
+        if rr >= 0.0:
+            rr, ri = t, u
+        else:
+            rr, ri = abs(u), math.copysign(t, ri)
+        sign = _winding(pi, qi, ri)
+        rr *= sign
+        ri *= sign
         fr, fi = (CR[k] * rr + CI[k] * ri) * n, (CI[k] * rr - CR[k] * ri) * n
         n *= n
-        n0, n1, n2, n3 = n * m1 * m2 * m3, n * m0 * m2 * m3, n * m0 * m1 * m3, n * m0 * m1 * m2
+        n01, n23 = n * m0 * m1, n * m2 * m3
+        n0, n1, n2, n3 = n23 * m1, n23 * m0, n01 * m3, n01 * m2
         a0 *= n0
         a1 *= n1
         a2 *= n2
