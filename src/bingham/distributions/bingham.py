@@ -11,7 +11,7 @@ from bingham.distributions.algebra import compose_spectra, noise_parts, sorted_s
 from bingham.distributions.normalizer import log_normalizer, log_normalizer_derivatives, solve_moments
 from bingham.distributions.uncertainty import covariance, credible_angle, moment_from_covariance, standard_errors
 from bingham.errors import InvalidArgumentError
-from bingham.kernels.envelope import sample_diagonal
+from bingham.kernels.envelope import sample
 from bingham.rotations import compose, conjugate, unit_rows
 
 if TYPE_CHECKING:
@@ -283,10 +283,10 @@ class Bingham:
         generator = np.random.default_rng(rng)
         dims = () if size is None else (size,) if isinstance(size, int) else tuple(size)
         count = int(np.prod(dims, dtype=np.int64))
-        z, frames = self._z.reshape(-1, self.dim), self._M.reshape(-1, self.dim, self.dim)
+        z, rows = self._z.reshape(-1, self.dim), np.swapaxes(self._M, -1, -2).reshape(-1, self.dim, self.dim)
         out = np.empty((len(z), count, self.dim))
         for i in range(len(z)):
-            np.matmul(sample_diagonal(z[i], count, generator), frames[i].T, out=out[i])
+            sample(z[i], np.ascontiguousarray(rows[i]), generator, out[i])
         return out.reshape(*self.shape, *dims, self.dim)
 
     def entropy(self) -> Any:

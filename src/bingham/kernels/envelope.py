@@ -7,53 +7,56 @@ exp(−u + (d − b)/2) ((1 + 2u/b) b/d)^{d/2}; at least about half of them are,
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
-from numpy.typing import NDArray
 
-__all__ = ["sample_diagonal"]
+from bingham.kernels.compile import compiled
 
-FloatArray = NDArray[np.float64]
-
-# Proposals a round: they stay in the cache.
-CHUNK = 1 << 15
+__all__ = ["sample"]
 
 
-def _envelope_parameter(spread: FloatArray) -> float:
+@compiled()
+def _envelope_parameter(spread):
     """Root b of Σ 1/(b + 2λᵢ) = 1 by Newton on the concave reciprocal, from the left."""
     b = 1.0
     for _ in range(100):
-        t = 1.0 / (b + 2.0 * spread)
-        total = float(t.sum())
-        step = total * (total - 1.0) / float((t * t).sum())
+        f, g = 0.0, 0.0
+        for i in range(spread.size):
+            t = 1.0 / (b + 2.0 * spread[i])
+            f += t
+            g += t * t
+        step = f * (f - 1.0) / g
         b += step
         if abs(step) <= 1e-14 * b:
             break
     return b
 
 
-def sample_diagonal(z: FloatArray, count: int, rng: np.random.Generator) -> FloatArray:
-    """Return samples (count, d) of the density ∝ exp(Σ zᵢ xᵢ²), z (d,) with max z = 0."""
+@compiled()
+def sample(z, rows, rng, out):
+    """Write samples of the density ∝ exp(Σ zᵢ (rows[i]ᵀ x)²) to out (n, d); z (d,) with max z = 0, rows (d, d)."""
     d = z.size
     spread = -z
     b = _envelope_parameter(spread)
-    # Columns are scaled in place: one pass over the proposals for each operation.
+    half = 0.5 * d
+    log_bound = 0.5 * (d - b) + half * math.log(b / d)
     scale = 1.0 / np.sqrt(1.0 + 2.0 * spread / b)
-    log_bound = 0.5 * (d - b) + 0.5 * d * np.log(b / d)
-    out = np.empty((count, d))
+    y = np.empty(d)
     filled = 0
-    accepted_share = 0.5
-    while filled < count:
-        n = int(min(CHUNK, max(64, 1.1 * (count - filled) / accepted_share)))
-        y = rng.standard_normal((n, d))
-        y *= scale
-        square = y * y
-        norm2 = square.sum(axis=1)
-        u = (square @ spread) / norm2
-        keep = rng.standard_exponential(n) >= u - 0.5 * d * np.log1p(2.0 * u / b) - log_bound
-        x = y[keep]
-        x /= np.sqrt(norm2[keep])[:, None]
-        take = min(len(x), count - filled)
-        out[filled : filled + take] = x[:take]
-        filled += take
-        accepted_share = max(0.05, len(x) / n)
-    return out
+    while filled < out.shape[0]:
+        square = u = 0.0
+        for i in range(d):
+            y[i] = rng.standard_normal() * scale[i]
+            square += y[i] * y[i]
+            u += spread[i] * y[i] * y[i]
+        u /= square
+        if rng.standard_exponential() < u - half * math.log1p(2.0 * u / b) - log_bound:
+            continue
+        n = 1.0 / math.sqrt(square)
+        for j in range(d):
+            t = 0.0
+            for i in range(d):
+                t += y[i] * rows[i, j]
+            out[filled, j] = t * n
+        filled += 1
