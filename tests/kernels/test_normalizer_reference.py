@@ -1,6 +1,8 @@
 """log F against 40-digit values, its asymptote, its laws and four methods of the literature."""
 
+import json
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -8,6 +10,7 @@ from reference import oracles
 from reference.table import DIMENSIONS, error_of_exp, references
 
 import bingham
+from bingham.kernels import normalizer
 from bingham.kernels.contour import log_normalizer_array
 
 
@@ -116,3 +119,9 @@ def test_saddlepoint_is_an_approximation():
     gap = [abs(np.expm1(oracles.saddlepoint(z)[0] - bingham.log_normalizer(z))) for z in ((-900, -500, -3, 0), (0,) * 4)]
     assert 1e-3 < gap[0] < 5e-2
     assert 1e-5 < gap[1] < 1e-3
+
+
+def test_the_rule_is_the_derived_one():
+    rule = json.loads((Path(oracles.__file__).parent / "rule.json").read_text())
+    assert [normalizer.SR.tolist(), normalizer.SI.tolist()] == [rule["re_s"], rule["im_s"]]
+    assert [normalizer.CR.tolist(), normalizer.CI.tolist()] == [rule["re_c"], rule["im_c"]]

@@ -39,7 +39,8 @@ def bessel(z: ArrayLike) -> Result:
     z1, z2 = np.asarray(z, dtype=float)
     x = (z1 - z2) / 2
     i0, i1 = ive(0, x), ive(1, x)
-    return math.log(2 * math.pi * i0) + abs(x) + (z1 + z2) / 2, np.array([i0 + i1, i0 - i1]) / (2 * i0)
+    # the scaled I₀ lacks e^{|x|}, and |x| + (z₁+z₂)/2 = max z
+    return math.log(2 * math.pi * i0) + max(z1, z2), np.array([i0 + i1, i0 - i1]) / (2 * i0)
 
 
 def wood(z: ArrayLike) -> Result:

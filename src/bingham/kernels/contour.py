@@ -1,12 +1,15 @@
-"""The normaliser by a Talbot contour in plain array code: any dimension, any array library, differentiable.
+"""The normaliser by a parabolic contour in plain array code: any dimension, any array library, differentiable.
 
-F(z) = 2 π^{d/2} Σₖ Im[cₖ ∏ᵢ (sₖ − zᵢ)^{−1/2}] with the contour of Weideman (2006), θₖ = πk/N for odd k,
+F(z) = 2 π^{d/2} L⁻¹{∏ᵢ (s − zᵢ)^{−1/2}}(1) along the parabola through the saddlepoint μ of the integrand,
 
-    sₖ = σ + N (0.5017 θ cot(0.6407 θ) − 0.6122 + 0.2645 i θ),    cₖ = (2/N) e^{sₖ} ds/dθ,
+    s(u) = μ (1 + iu)²,    Σᵢ ½/(μ − zᵢ) = 1, but μ at least ``CROSSING``,
 
-shifted to the saddlepoint σ for high dimensions, where it would otherwise cancel. Complex logarithms and exponentials
-are all it needs, so one function serves NumPy, PyTorch, JAX and CuPy with their own differentiation. It is the oracle
-of the compiled 8-node rule and takes its place above ``RULE_DIMENSION``.
+by the midpoint rule at uₖ = (k + ½) U/n. All singularities lie on (−∞, 0], which the parabola encloses, and the integrand is
+largest at u = 0, so that nothing cancels at any d. U is where it has fallen by e^{−``DECAY``}. With 28 nodes F and moments
+have relative errors of a few 1e-15 for every d ≤ 50. (Talbot's contour, which does not follow d, has 1e-12 to 1e-10.)
+
+Complex logarithms and exponentials are all it needs, so one function serves NumPy, PyTorch, JAX and CuPy with their own
+differentiation. It is the oracle of the compiled 8-node rule; `kernels.rule` compiles it for the dimensions above.
 """
 
 from __future__ import annotations
@@ -16,25 +19,19 @@ from typing import Any
 
 import numpy as np
 
-__all__ = ["TALBOT_NODES", "TALBOT_WEIGHTS", "log_normalizer_array", "talbot"]
+__all__ = ["CROSSING", "DECAY", "NODES", "log_normalizer_array"]
 
-
-def talbot(count: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return nodes and weights (count/2,) of the contour with ``count`` points; the other half is conjugate."""
-    theta = math.pi * np.arange(1, count, 2) / count
-    nodes = count * (0.5017 * theta / np.tan(0.6407 * theta) - 0.6122 + 0.2645j * theta)
-    slope = 0.5017 / np.tan(0.6407 * theta) - 0.5017 * 0.6407 * theta / np.sin(0.6407 * theta) ** 2 + 0.2645j
-    return nodes, 2.0 * np.exp(nodes) * slope
-
-
-# 40 points reach rounding error for every dimension once the contour is shifted to the saddlepoint.
-TALBOT_NODES, TALBOT_WEIGHTS = talbot(40)
+NODES = 28
+# Crossing the axis closer to the singularity would need more nodes; farther out, digits would cancel as e^μ.
+CROSSING = 3.5
+# e^{−37} is half a unit in the last place of a double.
+DECAY = 37.0
 
 
 def log_normalizer_array(z: Any) -> Any:
     """Return log F(z) for z (..., d) of any array library, max z free; differentiable where the library is.
 
-    The shift of the contour is a constant for differentiation: F does not depend on it.
+    The contour is a constant for differentiation: F does not depend on it.
     """
     xp: Any
     if type(z).__module__.partition(".")[0] == "torch":
@@ -42,29 +39,34 @@ def log_normalizer_array(z: Any) -> Any:
 
         top = xp.max(z, dim=-1, keepdim=True).values
         z = z - top
-        nodes = xp.asarray(TALBOT_NODES, dtype=xp.complex128, device=z.device)
-        weights = xp.asarray(TALBOT_WEIGHTS, dtype=xp.complex128, device=z.device)
+        u = (xp.arange(NODES, dtype=z.dtype, device=z.device) + 0.5) / NODES
         frozen = z.detach()
     else:
         xp = z.__array_namespace__() if hasattr(z, "__array_namespace__") else np
         z = xp.asarray(z)
         top = xp.max(z, axis=-1, keepdims=True)
         z = z - top
-        nodes, weights = xp.asarray(TALBOT_NODES), xp.asarray(TALBOT_WEIGHTS)
+        u = (xp.arange(NODES) + 0.5) / NODES
         frozen = z
     d = z.shape[-1]
-    shift = 0.5 + 0.0 * top
+    mu = 0.5 + 0.0 * xp.sum(frozen, -1)[..., None]
     for _ in range(40):
-        t = 0.5 / (shift - frozen)
+        t = 0.5 / (mu - frozen)
         f = xp.sum(t, -1)[..., None] - 1.0
-        shift = shift + f * (f + 1.0) / xp.sum(t / (shift - frozen), -1)[..., None]
-    if type(z).__module__.partition(".")[0] == "torch":
-        shift = shift.detach()
-    scale = 1.0 + shift - z
+        mu = mu + f * (f + 1.0) / xp.sum(t / (mu - frozen), -1)[..., None]
+    mu = xp.where(mu < CROSSING, CROSSING + 0.0 * mu, mu)
+    # U by bisection on u² between 0 and more than enough for any spectrum.
+    low, high = 0.0 * mu, 2.5 * DECAY / mu
+    for _ in range(10):
+        middle = 0.5 * (low + high)
+        squared = (mu * (1.0 - middle) - frozen) ** 2 + 4.0 * mu**2 * middle
+        decay = mu * middle + xp.sum(0.25 * xp.log(squared / (mu - frozen) ** 2), -1)[..., None]
+        low, high = xp.where(decay < DECAY, middle, low), xp.where(decay < DECAY, high, middle)
+    length = xp.sqrt(high)
+    w = 1.0 + 1j * (u * length)
+    s = mu * w**2
     # Each factor is divided by a real one of its own size, so that no product under- or overflows.
-    s = nodes + shift
-    logs = xp.log((s[..., :, None] - z[..., None, :]) / scale[..., None, :])
-    terms = weights * xp.exp(-0.5 * xp.sum(logs, -1))
-    f = xp.sum(xp.imag(terms), -1)
-    log_f = xp.log(2.0 * f) + 0.5 * d * math.log(math.pi) - 0.5 * xp.sum(xp.log(scale), -1)
-    return log_f + shift[..., 0] + top[..., 0]
+    logs = xp.log((s[..., :, None] - z[..., None, :]) / (mu - z)[..., None, :])
+    f = xp.sum(xp.real(w * xp.exp(s - mu - 0.5 * xp.sum(logs, -1))), -1)
+    front = xp.log(4.0 * (mu * length)[..., 0] / (NODES * math.pi)) + mu[..., 0] + top[..., 0]
+    return xp.log(f) + front + 0.5 * d * math.log(math.pi) - 0.5 * xp.sum(xp.log(mu - z), -1)
