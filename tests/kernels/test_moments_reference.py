@@ -4,13 +4,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from reference.table import DIMENSIONS, references, relative_error
 
 import bingham
 from bingham.distributions.normalizer import log_normalizer_derivatives, solve_moments
 from bingham.kernels.contour import NODES
 from bingham.kernels.normalizer import derivatives
 from bingham.kernels.rule import parabola
+from reference.table import DIMENSIONS, references, relative_error
 
 PUBLISHED = Path(__file__).resolve().parents[2] / "../shared/data/axial/mardia_zemroch_table.csv"
 

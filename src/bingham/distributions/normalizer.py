@@ -30,7 +30,7 @@ def _rows(x: ArrayLike, name: str) -> FloatArray:
     if a.shape[-1] > CHECKED_DIMENSION:
         warnings.warn(
             f"{name}: dimension {a.shape[-1]} is beyond {CHECKED_DIMENSION}, to which the normaliser is "
-            "checked; expect 1e-8 at d = 80 and 1e-4 at d = 100",
+            "checked; expect 1e-8 at d = 80 and 1e-6 at d = 100",
             AccuracyWarning,
             stacklevel=3,
         )

@@ -5,8 +5,8 @@ F(z) = ∫_{S^{d−1}} exp(Σ zᵢ xᵢ²) dx = 2 π^{d/2} L⁻¹{∏ᵢ (s − 
     F = 2 π^{d/2} Σₖ Im[cₖ ∏ᵢ (sₖ − zᵢ)^{−1/2}],    max z = 0.
 
 The nodes sₖ are the poles of the near-best (Carathéodory–Fejér) 16-pole rational approximation of eˢ on (−∞, 0]
-(Trefethen, Weideman & Schmelzer 2006), shifted by ½; nodes and weights were then refined in high precision on F over a
-family of spectra. ``tests/reference/derive_rule.py`` derives them and measures their error: for d ≤ 4 below 3e-13 in F
+(Trefethen, Weideman & Schmelzer 2006), shifted by ½; the weights were then fitted in high precision to F over a
+family of spectra. ``tests/reference/derive_rule.py`` derives both and measures their error: for d ≤ 4 below 3e-13 in F
 and 5e-13 in the moments, half of it rounding; it triples with each further dimension. ∂/∂zᵢ multiplies a term by
 ½/(sₖ−zᵢ); second derivatives by ¼/((sₖ−zᵢ)(sₖ−zⱼ)) and ¾/(sₖ−zᵢ)².
 
@@ -35,7 +35,7 @@ SI = np.array([1.1941223933701346, 3.58745736201831, 5.996881713603921, 8.436198
 CR = np.array([-740.5871543094853, 336.1650904675204, -36.899671633796615, -18.964928452773304,
                5.8320508784218745, -0.5191317497809719, 0.014473454252311242, -7.986412852745128e-05])  # fmt: skip
 CI = np.array([212.68793914292942, -373.9225707971421, 206.15080690186446, -49.65811712485637,
-               4.877909103488713, -0.1352714380547741, -0.0006974667025341759, 1.6784694558666347e-06])  # fmt: skip
+               4.877909103488713, -0.1352714380547741, -0.0006974667025341759, 1.6784694558666345e-06])  # fmt: skip
 
 
 @compiled(inline=True)
@@ -197,7 +197,7 @@ def derivatives(z, nodes, weights, shift, gradient, hessian):
         for j in range(i, d):
             hessian[i, j] = (0.75 if i == j else 0.25) * hessian[i, j] / f - gradient[i] * gradient[j]
             hessian[j, i] = hessian[i, j]
-    # Rows sum to zero; the one of the largest z is small by cancellation at high concentration and follows from the rest.
+    # Rows sum to zero; at high concentration that of the largest z is small by cancellation: it follows from the rest.
     top = 0
     for i in range(d):
         if z[i] > z[top]:
