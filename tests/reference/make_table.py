@@ -18,8 +18,8 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parent))
 
-from exact import contour, log_normalizer, series  # noqa: E402
-from mpmath import mp, mpf  # noqa: E402
+from exact import contour, log_normalizer, series
+from mpmath import mp, mpf
 
 TABLE = Path(__file__).with_name("normalizer.json")
 DIGITS = 25
@@ -33,7 +33,7 @@ def spectra() -> list[tuple[str, tuple[float, ...]]]:
     for d in (2, 3, 4, 5, 6, 10, 20, 50):
         small = d <= 6
         found.append(("uniform", (0.0,) * d))
-        for k in (-8, -4, -2, -1, 0, 1, 2, 3, 4, 5, 6, 9, 12) if small else (-4, 0, 1, 2, 4, 6, 12):
+        for k in (-8, -4, -2, -1, 0, 1, 1.25, 1.35, 1.6, 2, 3, 4, 5, 6, 9, 12) if small else (-4, 0, 1, 2, 4, 6, 12):
             scale = -(10.0**k)
             found.append(("equal", (scale,) * (d - 1) + (0.0,)))
             if d == 2:
@@ -128,10 +128,12 @@ def main() -> None:
             closed_forms, worst_closed = closed_forms + 1, max(worst_closed, gap)
         rows.append(row)
         if "-v" in sys.argv:
-            print(len(rows), family, len(z), mp.nstr(disagreement, 2), "" if gap is None else mp.nstr(gap, 2), flush=True)
+            print(
+                len(rows), family, len(z), mp.nstr(disagreement, 2), "" if gap is None else mp.nstr(gap, 2), flush=True
+            )
     header = {
-        "contents": "log of the Bingham normaliser b(z) over the unit sphere of R^d, moments d log b/dz_i as [i, value],"
-        " Hessian entries d2 log b/dz_i dz_j as [i, j, value]; z are doubles, values decimal to 25 digits",
+        "contents": "log of the Bingham normaliser b(z) over the unit sphere of R^d, moments d log b/dz_i as"
+        " [i, value], Hessian entries d2 log b/dz_i dz_j as [i, j, value]; z are doubles, values decimal to 25 digits",
         "spectra": len(rows),
         "worst_disagreement_of_two_methods": mp.nstr(worst, 3),
         "closed_forms_compared": closed_forms,
