@@ -25,7 +25,7 @@ __all__ = ["LARGEST", "RULE_DIMENSION", "derivatives", "derivatives_2", "derivat
 
 # Largest |z|: products of eight factors stay within the range of a double.
 LARGEST = 1e30
-# Largest dimension the rule serves; beyond it the parabola of `kernels.contour` takes over, slower and exact to 1e-14.
+# Largest dimension the rule serves; beyond it the parabola of `kernels.contour` takes over, slower and exact to 1e-13.
 RULE_DIMENSION = 4
 
 SR = np.array([6.916177699099483, 6.448152268951234, 5.493174737718069, 4.009103608415018,
