@@ -51,7 +51,7 @@ demo: $(VENV)/.with-cli,io build/.kernels
 ifneq ($(RECORDING),)
 	$(BIN)/bingham track $(RECORDING) -o demo
 else
-	$(BIN)/bingham simulate imu -o demo/recording.npz
+	$(BIN)/bingham simulate tumbling -o demo/recording.npz
 	$(BIN)/bingham track demo/recording.npz -o demo
 endif
 

@@ -108,6 +108,9 @@ def print_table(rows: Sequence[dict[str, Any]]) -> None:
     compared = any("error_deg" in row for row in rows)
     for heading in ("total", "heading", "inclination") if compared else ():
         table.add_column(heading, justify="right")
+    beside = any("measured_error_deg" in row for row in rows)
+    if beside:
+        table.add_column("measured total", justify="right")
     for row in rows:
         cells = [
             row["recording"],
@@ -116,9 +119,10 @@ def print_table(rows: Sequence[dict[str, Any]]) -> None:
             f"{row['us_per_sample']:.2f}",
             f"{100 * row['rejected'] / row['samples']:.1f} %",
         ]
-        errors = row.get("error_deg", {})
-        for name in ("total", "heading", "inclination") if compared else ():
-            cells.append(f"{errors[f'{name}_rmse']:.2f}°" if f"{name}_rmse" in errors else "–")
+        errors, raw = row.get("error_deg", {}), row.get("measured_error_deg", {})
+        shown = [errors.get(f"{name}_rmse") for name in ("total", "heading", "inclination") if compared]
+        shown += [raw.get("total_rmse")] if beside else []
+        cells += ["–" if value is None else f"{value:.2f}°" for value in shown]
         table.add_row(*cells)
     console.print(table)
     if compared:

@@ -6,6 +6,7 @@ import itertools
 import json
 import sys
 from collections.abc import Iterator
+from dataclasses import replace
 from enum import StrEnum
 from pathlib import Path
 from time import perf_counter, thread_time
@@ -106,7 +107,7 @@ def track(
         tum,
         figure,
     )
-    names = [path.resolve().stem for path in recordings]
+    names = [name_of(path) for path in recordings]
     if repeated := sorted({name for name in names if names.count(name) > 1}):
         raise InvalidArgumentError("RECORDING", "files of different names", repeated[0], "run them one by one")
     with staged(output) as folder:
@@ -130,7 +131,7 @@ def track_one(path: Path, folder: Path, settings: Settings, step: Any) -> dict[s
 
     started = perf_counter()
     step("reading")
-    recording = read_recording(path, **settings.reading)
+    recording = replace(read_recording(path, **settings.reading), name=name_of(path))
     step("filtering")
     prepared = prepare(recording, settings.filtering)
     before = thread_time()
@@ -162,6 +163,11 @@ def track_one(path: Path, folder: Path, settings: Settings, step: Any) -> dict[s
         row["files"].append(draw_track(folder, recording, result, truth))
     row["wall_s"] = perf_counter() - started
     return row
+
+
+def name_of(path: Path) -> str:
+    """Return what a recording and its files are called, whatever name the recording itself holds."""
+    return path.resolve().stem
 
 
 def pairs(option: str, values: list[str]) -> dict[str, str]:

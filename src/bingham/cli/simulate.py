@@ -1,0 +1,95 @@
+"""``bingham simulate``: recordings for people without data, with known truth."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from enum import StrEnum
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import typer
+
+from bingham.errors import InvalidArgumentError
+
+if TYPE_CHECKING:
+    from bingham.recording import ImuRecording, OrientationRecording
+    from bingham.simulate import Motion
+
+__all__ = ["register"]
+
+EXAMPLES = """
+Examples:
+
+    bingham simulate tumbling -o tumbling.npz
+
+    bingham simulate precession --sensor orientation --noise 0.05 -o precession.csv
+
+    bingham simulate tumbling --duration 600 --bias 0.01 --no-magnetometer --seed 7 -o drift.npz
+"""
+
+
+class MotionKind(StrEnum):
+    """Motions of a rigid body."""
+
+    tumbling = "tumbling"
+    precession = "precession"
+
+
+class Sensor(StrEnum):
+    """What watches the motion."""
+
+    imu = "imu"
+    orientation = "orientation"
+
+
+def register(app: typer.Typer) -> None:
+    """Add the command to the application."""
+    app.command(epilog=EXAMPLES)(simulate)
+
+
+def simulate(
+    motion: MotionKind = typer.Argument(
+        ..., help="A free body turning over again and again, or a spinning top.", show_default=False
+    ),
+    output: Path = typer.Option(
+        ..., "--output", "-o", metavar="FILE", help="Recording to write: .npz, or .csv to look at.", show_default=False
+    ),
+    sensor: Sensor = typer.Option(Sensor.imu, help="An inertial and magnetic unit, or one that measures orientations."),
+    duration: float = typer.Option(60.0, metavar="S", help="Duration, rests included."),
+    rate: float = typer.Option(100.0, metavar="HZ", help="Sampling rate."),
+    rest: float = typer.Option(5.0, metavar="S", help="Rest before and after the motion, each."),
+    jitter: float = typer.Option(0.0, metavar="0…0.5", help="Irregularity of sample times, share of the interval."),
+    drop: float = typer.Option(0.0, metavar="P", help="Chance that a sample is missing."),
+    noise: float = typer.Option(0.05, metavar="RAD", help="Orientation: standard deviation about each axis."),
+    bias: float = typer.Option(0.0, metavar="RAD/S", help="IMU: constant bias of each gyroscope axis."),
+    magnetometer: bool = typer.Option(True, help="IMU: with or without a magnetometer."),
+    seed: int = typer.Option(0, help="Same seed, same recording."),
+) -> None:
+    """Simulate a recording with known truth, to be read by `bingham track`."""
+    from bingham import io, simulate
+    from bingham.cli.filtering import orientation_noise
+
+    writers: dict[str, Any] = {".npz": io.write_npz, ".csv": io.write_csv}
+    if output.suffix not in writers:
+        raise InvalidArgumentError("--output", "a file ending in .npz or .csv", output.name)
+    timing: dict[str, Any] = {"rest_s": rest, "jitter": jitter, "drop_probability": drop, "rng": seed}
+    bodies = {
+        MotionKind.tumbling: simulate.simulate_tumbling,
+        MotionKind.precession: simulate.simulate_precession,
+    }
+    moved: Motion = bodies[motion](duration, rate, **timing)
+    recording: ImuRecording | OrientationRecording
+    if sensor is Sensor.imu:
+        recording = simulate.simulate_imu(moved, gyroscope_bias=[bias] * 3, magnetometer=magnetometer, rng=seed + 1)
+    else:
+        if not noise > 0:
+            raise InvalidArgumentError("--noise", "a number > 0, rad", noise)
+        recording = simulate.simulate_orientations(moved, orientation_noise(noise, 4), rng=seed + 1)
+    try:
+        output.parent.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InvalidArgumentError(
+            "--output", "a file in a folder that can be made", f"{output}: {error.strerror}"
+        ) from None
+    writers[output.suffix](output, replace(recording, name=output.stem))
+    typer.echo(f"{output}: {motion.value}, {recording.size} samples, {recording.duration_s:.1f} s, with truth")
