@@ -6,7 +6,6 @@ import itertools
 import json
 import sys
 from collections.abc import Iterator
-from dataclasses import replace
 from enum import StrEnum
 from pathlib import Path
 from time import perf_counter, thread_time
@@ -44,6 +43,7 @@ class Frame(StrEnum):
 class Settings(NamedTuple):
     """What to do with every recording."""
 
+    format: str | None
     reading: dict[str, Any]
     filtering: FilterOptions
     frame: Frame
@@ -91,21 +91,17 @@ def track(
     Tracks are compared with ground truth where a recording has it. µs/sample is processor time of the filter alone.
     """
     from bingham.cli.filtering import FilterOptions
+    from bingham.cli.reading import name_of, options
     from bingham.cli.report import print_table
     from bingham.cli.staging import staged
 
-    reading: dict[str, Any] = {
-        "format": format,
-        "columns": pairs("--column", column),
-        "units": pairs("--unit", unit),
-        **{f"{kind}_topic": name for kind, name in pairs("--topic", topic).items()},
-    }
     settings = Settings(
-        {key: value for key, value in reading.items() if value},
-        FilterOptions(process_noise, measurement_noise, gate),
-        frame,
-        tum,
-        figure,
+        format=format,
+        reading=options(column, unit, topic),
+        filtering=FilterOptions(process_noise, measurement_noise, gate),
+        frame=frame,
+        tum=tum,
+        figure=figure,
     )
     names = [name_of(path) for path in recordings]
     if repeated := sorted({name for name in names if names.count(name) > 1}):
@@ -125,13 +121,13 @@ def track_one(path: Path, folder: Path, settings: Settings, step: Any) -> dict[s
     """Read, filter, compare, write and draw one recording; return what there is to say about it."""
     from bingham.cli.filtering import prepare
     from bingham.cli.output import draw_track, write_track
+    from bingham.cli.reading import read
     from bingham.cli.report import errors_deg, truth_of
-    from bingham.io import read_recording
     from bingham.recording import OrientationRecording
 
     started = perf_counter()
     step("reading")
-    recording = replace(read_recording(path, **settings.reading), name=name_of(path))
+    recording = read(path, settings.format, settings.reading)
     step("filtering")
     prepared = prepare(recording, settings.filtering)
     before = thread_time()
@@ -163,19 +159,6 @@ def track_one(path: Path, folder: Path, settings: Settings, step: Any) -> dict[s
         row["files"].append(draw_track(folder, recording, result, truth))
     row["wall_s"] = perf_counter() - started
     return row
-
-
-def name_of(path: Path) -> str:
-    """Return what a recording and its files are called, whatever name the recording itself holds."""
-    return path.resolve().stem
-
-
-def pairs(option: str, values: list[str]) -> dict[str, str]:
-    """Return NAME=VALUE options as a mapping."""
-    for value in values:
-        if not all(value.partition("=")[::2]):
-            raise InvalidArgumentError(option, "NAME=VALUE", repr(value))
-    return {name: text for name, _, text in (value.partition("=") for value in values)}
 
 
 def progress(recordings: list[Path], steps: int) -> Any:

@@ -1,0 +1,173 @@
+import json
+import warnings
+
+import numpy as np
+import pytest
+
+from bingham import Bingham, BinghamFilter, Gate
+from bingham.cli import track as command
+from bingham.io import read_csv, read_recording, read_track, read_tum
+from bingham.models.motion import Diffusion
+from bingham.models.sensors import OrientationSensor
+
+KEYS = {"recording", "samples", "duration_s", "wall_s", "us_per_sample", "error_deg"}
+
+
+def test_json_is_one_object_for_one_recording(bingham, imu, tmp_path):
+    result = bingham("track", imu, "--json", "-o", tmp_path / "out")
+    assert (result.exit_code, result.stderr) == (0, "")
+    row = json.loads(result.stdout)
+    assert row.keys() >= KEYS
+    assert (row["recording"], row["samples"]) == ("imu", 601)
+    assert row["duration_s"] == pytest.approx(12.0, abs=1e-9)
+    assert row["error_deg"].keys() == {"total_rmse", "heading_rmse", "inclination_rmse"}
+    assert 0 < row["error_deg"]["total_rmse"] < 1
+    assert {path.name for path in (tmp_path / "out").iterdir()} == {"imu.track.csv", "imu.track.npz", "imu.png"}
+
+
+def test_several_recordings_give_a_list_and_planar_axes_are_smoothed(bingham, imu, axes_in_plane, tmp_path):
+    result = bingham("track", imu, axes_in_plane, "--json", "--no-figure", "-o", tmp_path / "out")
+    rows = json.loads(result.stdout)
+    assert [row["recording"] for row in rows] == ["imu", "axis"]
+    assert rows[1]["error_deg"].keys() == {"total_rmse"}
+    assert rows[1]["error_deg"]["total_rmse"] < 0.9 * rows[1]["measured_error_deg"]["total_rmse"]
+
+
+def test_files_hold_what_the_filter_said(bingham, axes_in_plane, imu, tmp_path):
+    bingham("track", imu, "--no-figure", "--tum", "--frame", "world", "-o", tmp_path)
+    header = [line for line in (tmp_path / "imu.track.csv").read_text().splitlines()[:6] if line.startswith("#")]
+    assert any("rad^2, frame: world" in line for line in header)
+    track = read_track(tmp_path / "imu.track.npz")
+    assert str(track["covariance_frame"]) == "world"
+    last = Bingham(track["state_z"], track["state_M"])
+    np.testing.assert_array_equal(last.mode, track["modes"][-1])
+    np.testing.assert_allclose(last.covariance(frame="world"), track["covariance"][-1], rtol=1e-12)
+    np.testing.assert_allclose(last.matrix, track["matrices"][-1], rtol=1e-12, atol=1e-9)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        listed = read_csv(tmp_path / "imu.track.csv")
+    moved = read_tum(tmp_path / "imu.tum.txt")
+    for orientation in (listed.orientation, moved.orientation):
+        np.testing.assert_allclose(np.abs(np.sum(orientation * track["modes"], axis=1)), 1, rtol=1e-14)
+
+
+def test_a_camera_is_improved_on_with_the_defaults(bingham, data, tmp_path):
+    rows = json.loads(
+        bingham("track", *sorted((data / "handeye").glob("*.npz")), "--json", "--no-figure", "-o", tmp_path).stdout
+    )
+    assert len(rows) == 2
+    for row in rows:
+        assert row["error_deg"]["total_rmse"] < 0.92 * row["measured_error_deg"]["total_rmse"], row["recording"]
+
+
+def test_options_reach_the_filter(bingham, data, tmp_path):
+    path = data / "handeye" / "robot_arm.npz"
+    options = ("--process-noise", 0.05, "--measurement-noise", 0.005, "--gate", 0.99)
+    row = json.loads(bingham("track", path, "--json", "--no-figure", *options, "-o", tmp_path).stdout)
+    noise = Bingham.from_covariance([1.0, 0, 0, 0], 0.005**2 * np.eye(3), frame="body")
+    recording = read_recording(path)
+    track = BinghamFilter(Diffusion(0.05), OrientationSensor(noise), gate=Gate(0.99)).run(
+        Bingham.uniform(4), recording.orientation, times=recording.time
+    )
+    assert row["log_evidence"] == pytest.approx(track.total_log_evidence, rel=1e-12)
+    assert row["rejected"] == np.sum(~track.accepted) > 0
+
+
+def test_summary_for_people(bingham, imu, tmp_path):
+    result = bingham("track", imu, "--no-figure", "-o", tmp_path / "out")
+    heading, line = result.stdout.splitlines()[:2]
+    assert heading.split() == [
+        "recording",
+        "samples",
+        "duration",
+        "µs/sample",
+        "rejected",
+        "total",
+        "heading",
+        "inclination",
+    ]
+    assert line.split()[:4] == ["imu", "601", "12.0", "s"]
+
+
+def test_without_magnetometer_the_heading_of_the_truth_is_turned_to_suit(bingham, data, tmp_path):
+    row = json.loads(bingham("track", data / "tumvi" / "room4.npz", "--json", "--no-figure", "-o", tmp_path).stdout)
+    assert "heading_offset_rad" in row
+    assert row["error_deg"]["inclination_rmse"] < 2
+
+
+@pytest.mark.parametrize(
+    ("text", "place"),
+    [
+        ("", "the file is empty"),
+        ("t,qw,qx,qy\n0,1,0,0\n", "line 1"),
+        ("t,qw,qx,qy,qz\n0,1,0,0,0\n1,nan,0,0,0\n", "line 3, columns qw qx qy qz"),
+        ("t,qw,qx,qy,qz\n0,1,0,0,0\n1,2,0,0,0\n", "line 3, columns qw qx qy qz"),
+        ("t,qw,qx,qy,qz\n1,1,0,0,0\n0,1,0,0,0\n", "line 3, column t"),
+        ("t,gx,gy,gz\n0,0,0,0\n0,0,0,0\n", "line 3, column t"),
+        ("t,a,b\n0,1,2\n", "line 1"),
+    ],
+)
+def test_a_malformed_recording_ends_in_one_line_and_no_output(bingham, imu, tmp_path, text, place):
+    bad = tmp_path / "bad.csv"
+    bad.write_text(text)
+    before = sorted(tmp_path.iterdir())
+    result = bingham("track", imu, bad, "--no-figure", "-o", tmp_path / "new" / "out")
+    assert result.exit_code == 2
+    assert result.stdout == ""
+    (line,) = result.stderr.splitlines()
+    assert line.startswith(f"bingham: {bad}: {place}")
+    assert sorted(tmp_path.iterdir()) == before
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        (("--gate", 0), "--gate: expected a probability in (0, 1], got 0.0; 1 switches the gate off"),
+        (("--measurement-noise", 0), "--measurement-noise: expected a number > 0, got 0.0"),
+        (("--process-noise", "nan"), "--process-noise: expected a number > 0, got nan"),
+        (("--column", "gx"), "--column: expected NAME=VALUE, got 'gx'"),
+        (("--topic", "imu=/a"), "--topic: expected a format that has such, got"),
+        (("--topic", "a=/a"), "--topic: expected imu=TOPIC or magnetometer=TOPIC, got a"),
+        (("--format", "mp3"), "format: expected one of csv, tum"),
+    ],
+)
+def test_a_wrong_option_is_one_line(bingham, imu, tmp_path, options, message):
+    result = bingham("track", imu, *options, "-o", tmp_path / "out")
+    assert result.exit_code == 2
+    (line,) = result.stderr.splitlines()
+    assert line.startswith(f"bingham: {message}")
+    assert not (tmp_path / "out").exists()
+
+
+def test_two_recordings_of_one_name_are_refused(bingham, imu, tmp_path):
+    result = bingham("track", imu, imu, "-o", tmp_path / "out")
+    assert result.exit_code == 2
+    assert result.stderr == "bingham: RECORDING: expected files of different names, got imu; run them one by one\n"
+
+
+def test_a_file_in_the_place_of_the_folder_is_refused(bingham, imu, tmp_path):
+    result = bingham("track", imu, "-o", imu)
+    assert result.exit_code == 2
+    assert "a file, where a folder is to be written" in result.stderr
+
+
+def test_interruption_leaves_nothing_and_exits_with_130(bingham, imu, tmp_path, monkeypatch):
+    def interrupted(path, folder, *_):
+        (folder / "half").write_text("")
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(command, "track_one", interrupted)
+    before = sorted(tmp_path.iterdir())
+    result = bingham("track", imu, "-o", tmp_path / "out")
+    assert result.exit_code == 130
+    assert result.stderr == "bingham: interrupted; nothing written\n"
+    assert sorted(tmp_path.iterdir()) == before
+
+
+def test_a_warning_is_one_line_and_the_track_is_written(bingham, imu, tmp_path):
+    rounded = tmp_path / "rounded.csv"
+    rounded.write_text("t,qw,qx,qy,qz\n0,0.7071,0.7071,0,0\n1,0.7071,0.7071,0,0\n")
+    result = bingham("track", rounded, "--no-figure", "-o", tmp_path / "out")
+    assert result.exit_code == 0
+    (line,) = result.stderr.splitlines()
+    assert line.startswith(f"bingham: warning: {rounded}: rows normalised")

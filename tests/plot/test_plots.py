@@ -1,0 +1,94 @@
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from bingham import Bingham, BinghamFilter
+from bingham.models.motion import Diffusion
+from bingham.models.sensors import OrientationSensor
+from bingham.plot.axes import equal_area, plot_fit
+from bingham.plot.planar_track import plot_planar_track
+from bingham.plot.sphere import project
+from bingham.plot.style import stride, unbroken
+from bingham.plot.track import _half_widths, _yaw_pitch_roll, plot_track
+
+
+def test_equal_area_keeps_areas_and_directions():
+    rng = np.random.default_rng(1)
+    v = rng.normal(size=(40000, 3))
+    v /= np.linalg.norm(v, axis=1, keepdims=True)
+    flat = equal_area(v)
+    np.testing.assert_allclose(equal_area(-v), flat)
+    # Uniform axes fill the disc uniformly: the square of the radius is uniform on [0, 1].
+    square = np.sort(np.sum(flat**2, axis=1))
+    assert square[-1] <= 1 + 1e-12
+    distance = np.abs(square - (np.arange(40000) + 0.5) / 40000).max()
+    assert distance < 1.95 / np.sqrt(40000)  # Kolmogorov's 0.999 quantile
+    # 30° below the horizon in the south-east.
+    axis = [-np.sqrt(3 / 8), np.sqrt(3 / 8), 0.5]
+    np.testing.assert_allclose(equal_area(np.array(axis)), [0.5, -0.5], rtol=1e-12)
+
+
+def test_euler_angles_and_their_change_with_a_small_turn():
+    q = Rotation.random(200, rng=2)
+    angle, jacobian = _yaw_pitch_roll(q.as_quat(scalar_first=True))
+    np.testing.assert_allclose(angle, q.as_euler("ZYX"), atol=1e-9)
+    step = 1e-6
+    for k in range(3):
+        turned = Rotation.from_rotvec(step * np.eye(3)[k]) * q
+        change = _yaw_pitch_roll(turned.as_quat(scalar_first=True))[0] - angle
+        change = (change + np.pi) % (2 * np.pi) - np.pi
+        steep = 1 / np.cos(angle[:, 1:2]) ** 2
+        assert np.all(np.abs(change / step - jacobian[:, :, k]) < 1e-5 * steep)
+
+
+def test_bands_hold_95_percent():
+    rng = np.random.default_rng(3)
+    a = rng.normal(size=(3, 3))
+    covariance = (a @ a.T)[None]
+    sample = rng.multivariate_normal(np.zeros(3), covariance[0], size=20000)
+    across, around = (np.radians(w[0]) for w in _half_widths(covariance))
+    share = np.mean(np.abs(sample[:, 2]) < across)
+    error = np.sqrt(0.95 * 0.05 / 20000)
+    assert abs(share - 0.95) < 4 * error
+    assert np.mean(np.hypot(sample[:, 0], sample[:, 1]) < around) > 0.95 - 4 * error
+
+
+def test_projection_is_orthogonal():
+    right, up, front = project(np.eye(3))
+    # Rows of a rotation: the columns that are seen, and the depth that is not.
+    depth = np.where(front, 1, -1) * np.sqrt(1 - right**2 - up**2)
+    seen = np.stack([right, up, depth])
+    np.testing.assert_allclose(seen @ seen.T, np.eye(3), atol=1e-12)
+
+
+def test_lines_break_where_angles_wrap():
+    np.testing.assert_array_equal(unbroken(np.array([170.0, 179, -179, -170])), [170, 179, np.nan, -170])
+    assert len(np.empty(9001)[stride(9001)]) <= 3000
+
+
+@pytest.mark.parametrize("known", [True, False])
+@pytest.mark.parametrize("dim", [2, 4])
+def test_tracks_are_drawn_with_and_without_truth(dim, known):
+    identity = np.eye(dim)[:, ::-1]
+    noise = Bingham([*[-200.0] * (dim - 1), 0], identity)
+    measured = noise.rvs(60, rng=4)
+    time = np.arange(60.0)
+    track = BinghamFilter(Diffusion(0.1, dim), OrientationSensor(noise)).run(Bingham.uniform(dim), measured, times=time)
+    truth = np.tile(np.eye(dim)[0], (60, 1))
+    truth[:5] = np.nan
+    shown = {"truth": truth, "scored": time >= 5, "measured": measured} if known else {}
+    draw = plot_track if dim == 4 else plot_planar_track
+    figure = draw(time, track, title="track", **shown)
+    figure.draw_without_rendering()
+    drawn = {
+        text.get_text() for axes in figure.axes for text in (axes.get_legend().get_texts() if axes.get_legend() else [])
+    }
+    assert ("95 % band" in drawn) == known
+    assert ("measured" in drawn) == known
+
+
+def test_a_law_that_leaves_the_mode_open_is_drawn_without_ellipse():
+    law = Bingham([-30.0, 0.0, 0.0], np.eye(3))
+    x = law.rvs(40, rng=5)
+    lines = len(plot_fit(x, law, names=("n", "e", "d")).axes[0].lines)
+    assert len(plot_fit(x, Bingham([-30.0, -20.0, 0.0], np.eye(3)), names=("n", "e", "d")).axes[0].lines) == lines + 1
