@@ -166,6 +166,7 @@ def correct_moments(points, w):
                 q += 1
         share = 1.0 if largest <= LARGEST_STEP else LARGEST_STEP / largest
         better = False
+        now = residual
         for _ in range(20):
             for k in range(d):
                 for l in range(d):

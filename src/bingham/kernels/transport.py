@@ -6,8 +6,8 @@ those before it is, on a sphere of k = d − i + 1 ambient dimensions and with �
     g(θ) ∝ cos^{k−2}θ · F_{k−1}(ρ² cos²θ · (z_{i+1}, …, z_d)) · exp(ρ² zᵢ sin²θ),
 
 because the rest of a Bingham vector, given one coordinate, is Bingham on the smaller sphere. θᵢ is the quantile of
-Φ(sᵢ). The map (Rosenblatt 1952) is odd in s up to the sign of the axis, is the Gaussian scaling at high concentration and
-keeps volume for the uniform law: nothing is singular.
+Φ(sᵢ). The map (Rosenblatt 1952) is odd in s up to the sign of the axis, is the Gaussian scaling at high concentration
+and keeps volume for the uniform law: nothing is singular.
 """
 
 from __future__ import annotations
@@ -33,7 +33,9 @@ def _bessel(x):
     """I₀(x) e^{−x} for x ≥ 0, to 2e-7 relative (Abramowitz & Stegun 9.8.1–9.8.2)."""
     if x < 3.75:
         t = (x / 3.75) ** 2
-        value = 1.0 + t * (3.5156229 + t * (3.0899424 + t * (1.2067492 + t * (0.2659732 + t * (0.0360768 + t * 0.0045813)))))
+        value = 1.0 + t * (
+            3.5156229 + t * (3.0899424 + t * (1.2067492 + t * (0.2659732 + t * (0.0360768 + t * 0.0045813))))
+        )
         return value * math.exp(-x)
     t = 3.75 / x
     value = 0.39894228 + t * (0.01328592 + t * (0.00225319 + t * (-0.00157565 + t * (0.00916281 + t * (

@@ -6,4 +6,12 @@ from bingham.sampling.random import RandomSampling
 from bingham.sampling.riemannian import RiemannianSampling
 from bingham.sampling.unscented import Unscented
 
-__all__ = ["RandomSampling", "RiemannianSampling", "Sampler", "Unscented", "WeightedPoints", "mirrored", "standard_normal_points"]
+__all__ = [
+    "RandomSampling",
+    "RiemannianSampling",
+    "Sampler",
+    "Unscented",
+    "WeightedPoints",
+    "mirrored",
+    "standard_normal_points",
+]

@@ -37,8 +37,8 @@ def moment_residual(points: FloatArray, moment: FloatArray) -> float:
 def steepest_descent(points: FloatArray, moment: FloatArray, *, penalty: float = 0.0) -> Descent:
     """Minimise ‖Σ x xᵀ/m − S‖²_F + λ/m Σ (1 − xᵀ x₀) over unit vectors x (m, d), starting at x₀ = points.
 
-    Steps follow the tangential gradient with Barzilai & Borwein's length, halved until the objective falls (Armijo), and
-    return to the sphere by normalisation.
+    Steps follow the tangential gradient with Barzilai & Borwein's length, halved until the objective falls (Armijo),
+    and return to the sphere by normalisation.
 
     Parameters
     ----------
@@ -87,4 +87,6 @@ def steepest_descent(points: FloatArray, moment: FloatArray, *, penalty: float =
         curvature = float(np.sum(moved * turned))
         length = float(np.sum(moved * moved)) / curvature if curvature > 0.0 else 2.0 * length
         x, value, residual, slope = y, new_value, new_residual, new_slope
-    raise ConvergenceError(f"steepest descent: residual {residual:.3g} after {MAX_STEPS} steps or none left that descends", x)
+    raise ConvergenceError(
+        f"steepest descent: residual {residual:.3g} after {MAX_STEPS} steps or none left that descends", x
+    )

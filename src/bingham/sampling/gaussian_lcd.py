@@ -29,7 +29,7 @@ VERSION = 1
 @lru_cache(maxsize=16)
 def _rule(n: int) -> tuple[float, FloatArray, FloatArray]:
     """Return D₁ and the nodes and weights of D₂ (see `kernels.lcd`)."""
-    x, w = np.polynomial.legendre.leggauss(RULE_SIZE)
+    x, w = (np.asarray(a, dtype=np.float64) for a in np.polynomial.legendre.leggauss(RULE_SIZE))
 
     def on(end: float) -> tuple[FloatArray, FloatArray]:
         return 0.5 * end * (x + 1.0), 0.5 * end * w
@@ -57,7 +57,7 @@ def distance(points: FloatArray, *, mirrored: bool = False, middle: int = 0) -> 
 
 def _whiten(free: FloatArray, share: float) -> tuple[FloatArray, FloatArray]:
     """Return points·L⁻ᵀ and L⁻¹ with L Lᵀ = share · Σ x xᵀ."""
-    inverse = np.linalg.inv(np.linalg.cholesky(share * (free.T @ free)))
+    inverse = np.asarray(np.linalg.inv(np.linalg.cholesky(share * (free.T @ free))), dtype=np.float64)
     return free @ inverse.T, inverse
 
 

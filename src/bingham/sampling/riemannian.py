@@ -50,10 +50,10 @@ def transported(normal: FloatArray, z: FloatArray, *, symmetric: bool) -> FloatA
 
 @dataclass(frozen=True)
 class RiemannianSampling:
-    """Return m points of weight 1/m with Σ x xᵀ/m = E[x xᵀ] and higher moments close to the law's (Li et al. 2019, Alg. 1).
+    """m points of weight 1/m with Σ x xᵀ/m = E[x xᵀ] and higher moments close to the law's (Li et al. 2019, Alg. 1).
 
-    The optimal point set of the standard normal (`standard_normal_points`) is mapped to the sphere and moved there until
-    its second moment is exact.
+    The optimal point set of the standard normal (`standard_normal_points`) is mapped to the sphere and moved there
+    until its second moment is exact.
 
     Parameters
     ----------
@@ -112,8 +112,10 @@ class RiemannianSampling:
 
             error, steps = correct_moments(points, w)
             if not error <= TOLERANCE:
-                raise ConvergenceError(f"moment correction of {self.m} points for z = {z}: relative error {error:.3g} "
-                                       f"after {steps} steps", points, "use more points or map='transport'")  # fmt: skip
+                problem = (
+                    f"moment correction of {self.m} points for z = {z}: relative error {error:.3g} in {steps} steps"
+                )
+                raise ConvergenceError(problem, points, "use more points or map='transport'")
         elif self.correction == "descent":
             points = steepest_descent(points, np.diag(w), penalty=self.penalty).points
         return WeightedPoints(points @ distribution.M.T, np.full(self.m, 1.0 / self.m))

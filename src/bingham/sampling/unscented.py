@@ -68,5 +68,7 @@ class Unscented:
         y[1 + i, n] = np.sqrt(rest / pair)
         y[1 + n + i, i] = -y[1 + i, i]
         y[1 + n + i, n] = y[1 + i, n]
-        weights = np.concatenate([[1.0 - pair.sum() if self.uniform else self.mode_share * w[n]], 0.5 * pair, 0.5 * pair])
+        weights = np.concatenate(
+            [[1.0 - pair.sum() if self.uniform else self.mode_share * w[n]], 0.5 * pair, 0.5 * pair]
+        )
         return WeightedPoints(y @ distribution.M.T, weights)
