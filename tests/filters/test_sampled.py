@@ -113,7 +113,7 @@ def test_updates_approach_the_exact_posterior(precision):
         errors[name], evidences[name], expected = np.mean(cases, axis=0)
     assert errors["rss 300"] < errors["rss 20"] < errors["ut"]
     assert errors["rss 300"] < expected
-    assert evidences["rss 300"] < min(evidences["ut"], expected)
+    assert evidences["rss 300"] < min(0.5 * evidences["ut"], 2.0 * expected)
 
 
 def test_progressive_update_succeeds_where_one_step_degenerates():
