@@ -177,6 +177,14 @@ def test_values_are_immutable_and_survive_pickling():
     np.testing.assert_array_equal(q.M, p.M)
 
 
+def test_parts_of_a_batch():
+    p = Bingham.from_matrix(np.array([np.diag([-k, -2.0 * k, 0.0]) for k in (1.0, 2.0, 3.0)]))
+    np.testing.assert_array_equal(p[1].z, [-4.0, -2.0, 0.0])
+    np.testing.assert_array_equal(p[np.array([2, 0])].z, p.z[[2, 0]])
+    np.testing.assert_array_equal(p[..., None].z, p.z[:, None])
+    assert p[1:].shape == (2,)
+
+
 def test_order_of_entries_is_free():
     m = random_frame(4, 1)
     p = Bingham([0.0, -5.0, -1.0, -9.0], m)

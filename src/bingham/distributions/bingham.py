@@ -243,7 +243,7 @@ class Bingham:
         if not self.shape:
             raise InvalidArgumentError("index", "a batch of laws", "a single law")
         index = index if isinstance(index, tuple) else (index,)
-        part = (*index, ...) if Ellipsis not in index else index
+        part = (*index, ...) if not any(i is Ellipsis for i in index) else index
         return Bingham.from_spectrum(
             np.array(self._z[(*part, slice(None))]), np.array(self._M[(*part, slice(None), slice(None))])
         )
