@@ -1,0 +1,64 @@
+"""What README and documentation show must run: code blocks, examples in prose, names of commands."""
+
+from __future__ import annotations
+
+import doctest
+import re
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[1]
+PAGES = sorted(p for p in (ROOT / "docs").rglob("*.rst") if not {"_build", "gallery", "generated"} & set(p.parts))
+BLOCK = re.compile(r"^```python\n(.*?)^```", re.MULTILINE | re.DOTALL)
+# A command line, not the name of the package in prose: in a shell block, or in literal marks.
+COMMAND = re.compile(r"(?:^|[`\n]) *(?:\$ )?bingham ([a-z]+)\b(?! import)", re.MULTILINE)
+
+
+def identity(path: Path) -> str:
+    return str(path.relative_to(ROOT))
+
+
+def test_readme_code_runs(capsys):
+    blocks = BLOCK.findall((ROOT / "README.md").read_text(encoding="utf-8"))
+    assert blocks
+    for block in blocks:
+        exec(compile(block, "README.md", "exec"), {})
+    assert "degrees about x, y, z" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("page", PAGES, ids=identity)
+def test_examples_in_pages_give_what_they_show(page):
+    flags = doctest.NORMALIZE_WHITESPACE | doctest.ELLIPSIS
+    result = doctest.testfile(str(page), module_relative=False, optionflags=flags, encoding="utf-8")
+    assert result.failed == 0
+
+
+def test_pages_have_examples():
+    # Without any, the test above would pass whatever the pages say.
+    count = sum(len(doctest.DocTestParser().get_examples(p.read_text(encoding="utf-8"))) for p in PAGES)
+    assert count > 20
+
+
+def test_commands_in_documents_exist():
+    typer_main = pytest.importorskip("typer.main")
+    from bingham.cli.main import app
+
+    known = set(typer_main.get_command(app).commands)
+    texts = [ROOT / "README.md", *PAGES]
+    named = {(identity(p), c) for p in texts for c in COMMAND.findall(p.read_text(encoding="utf-8"))}
+    assert {c for _, c in named} & known
+    assert sorted((place, c) for place, c in named if c not in known) == []
+
+
+def test_links_in_the_readme_lead_to_files():
+    links = re.findall(r"\]\((?!https?:)([^)#]+)\)", (ROOT / "README.md").read_text(encoding="utf-8"))
+    assert links
+    assert [link for link in links if not (ROOT / link).exists()] == []
+
+
+def test_public_names_resolve_and_are_documented():
+    import bingham
+
+    for name in bingham.__all__:
+        assert name == "__version__" or getattr(bingham, name).__doc__, name
