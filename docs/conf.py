@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import re
 import warnings
+from pathlib import Path
 
 import bingham
 
@@ -34,7 +36,8 @@ autodoc_member_order = "bysource"
 autodoc_default_options = {"members": True, "show-inheritance": False}
 numpydoc_show_class_members = False
 numpydoc_class_members_toctree = False
-default_role = "code"
+default_role = "py:obj"
+suppress_warnings = ["ref.python"]
 
 sphinx_gallery_conf = {
     "examples_dirs": "examples",
@@ -44,8 +47,32 @@ sphinx_gallery_conf = {
     "show_signature": False,
     "remove_config_comments": True,
     "min_reported_time": 60,
-    "reset_argv": lambda *_: [],
 }
+
+
+def fill_in(app, docname: str, source: list[str]) -> None:
+    """Put the table of public names, and the list of study pages, where a page asks for them."""
+    studies = sorted(p.stem for p in (Path(__file__).parent / "studies").glob("*.rst") if p.stem != "index")
+    entries = "\n".join(f"   {stem}" for stem in studies)
+    tree = f".. toctree::\n   :maxdepth: 1\n\n{entries}" if studies else ""
+    source[0] = source[0].replace("{{studies}}", tree)
+    names = "\n".join(f"   ~bingham.{module}.{name}" for name, module in sorted(bingham._PUBLIC.items()))
+    source[0] = source[0].replace("{{names}}", f".. autosummary::\n\n{names}")
+
+
+def escape_bars(app, what: str, name: str, obj: object, options: object, lines: list[str]) -> None:
+    """Let |x| in a docstring be an absolute value, not a substitution of reStructuredText."""
+    for k, line in enumerate(lines):
+        if "|" in line and ">>>" not in line:
+            parts = re.split(r"(`+[^`]*`+)", line)
+            lines[k] = "".join(part if part.startswith("`") else part.replace("|", r"\|") for part in parts)
+
+
+def setup(app) -> None:
+    """Register the hooks."""
+    app.connect("source-read", fill_in)
+    app.connect("autodoc-process-docstring", escape_bars, priority=400)
+
 
 # A page is built from these modules in any case; warnings of third parties are not errors of the documentation.
 warnings.filterwarnings("ignore", category=DeprecationWarning)

@@ -271,7 +271,7 @@ class Bingham:
         return (self._M * self.axis_moments[..., None, :]) @ np.swapaxes(self._M, -1, -2)
 
     def rvs(self, size: int | tuple[int, ...] | None = None, *, rng: Any = None) -> FloatArray:
-        """Return exact, independent samples (*shape, *size, d).
+        """Return exact, independent samples ``(*shape, *size, d)``.
 
         Parameters
         ----------
