@@ -39,7 +39,7 @@ def test_files_hold_what_the_filter_said(bingham, axes_in_plane, imu, tmp_path):
     assert any("rad^2, frame: world" in line for line in header)
     track = read_track(tmp_path / "imu.track.npz")
     assert str(track["covariance_frame"]) == "world"
-    last = Bingham(track["state_z"], track["state_M"])
+    last = Bingham.from_spectrum(track["state_z"], track["state_M"])
     np.testing.assert_array_equal(last.mode, track["modes"][-1])
     np.testing.assert_allclose(last.covariance(frame="world"), track["covariance"][-1], rtol=1e-12)
     np.testing.assert_allclose(last.matrix, track["matrices"][-1], rtol=1e-12, atol=1e-9)

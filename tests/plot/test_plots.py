@@ -78,7 +78,7 @@ def test_tracks_are_drawn_with_and_without_truth(dim, known):
     truth[:5] = np.nan
     shown = {"truth": truth, "scored": time >= 5, "measured": measured} if known else {}
     draw = plot_track if dim == 4 else plot_planar_track
-    figure = draw(time, track, title="track", **shown)
+    figure = draw(time, track.laws, title="track", **shown)
     figure.draw_without_rendering()
     drawn = {
         text.get_text() for axes in figure.axes for text in (axes.get_legend().get_texts() if axes.get_legend() else [])

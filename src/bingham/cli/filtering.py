@@ -4,15 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from bingham.errors import InvalidArgumentError
 
 if TYPE_CHECKING:
+    from bingham.cli.result import Result
     from bingham.distributions.bingham import Bingham
-    from bingham.filters.track import Track
     from bingham.recording import ImuRecording, OrientationRecording
 
 __all__ = ["FilterOptions", "Prepared", "prepare"]
@@ -52,38 +52,42 @@ class FilterOptions:
 
 
 class Prepared(NamedTuple):
-    """A filter that is ready to run over one recording."""
+    """A filter that is ready to run over one recording, and how to read what it returns."""
 
     name: str
-    run: Callable[[], Track]
+    run: Callable[[], Any]
+    result: Callable[[Any], Result]
 
 
 def prepare(recording: ImuRecording | OrientationRecording, options: FilterOptions) -> Prepared:
     """Return the filter for a recording, its compiled code loaded, so that timing it times the filter alone."""
     from bingham.recording import ImuRecording
 
-    if isinstance(recording, ImuRecording):
-        return _inertial(recording)
-    return _orientations(recording, options)
+    if not isinstance(recording, ImuRecording):
+        return _orientations(recording, options)
+    return _plain_inertial(recording)
 
 
-def _inertial(recording: ImuRecording) -> Prepared:
+def _plain_inertial(recording: ImuRecording) -> Prepared:
+    from bingham.cli.result import of_track
     from bingham.filters.inertial import InertialFilter
 
     filter_ = InertialFilter()
     filter_.run(_start(recording))
-    return Prepared("inertial", lambda: filter_.run(recording))
+    return Prepared("inertial", lambda: filter_.run(recording), of_track)
 
 
 def _start(recording: ImuRecording) -> ImuRecording:
-    """Return the first samples of a recording."""
-    count = slice(0, WARM_UP_SAMPLES)
+    """Return the first samples of a recording, up to one with the accelerometer."""
+    known = np.zeros(1) if recording.accelerometer is None else np.isfinite(recording.accelerometer[:, 0])
+    count = slice(0, max(WARM_UP_SAMPLES, int(np.argmax(known)) + 1))
     fields = ("time", "gyroscope", "accelerometer", "magnetometer", "reference", "score")
     values = {name: getattr(recording, name) for name in fields}
     return replace(recording, truth=None, **{k: None if v is None else v[count] for k, v in values.items()})
 
 
 def _orientations(recording: OrientationRecording, options: FilterOptions) -> Prepared:
+    from bingham.cli.result import of_track
     from bingham.distributions.bingham import Bingham
     from bingham.filters.first_order import BinghamFilter
     from bingham.filters.gate import Gate
@@ -97,11 +101,11 @@ def _orientations(recording: OrientationRecording, options: FilterOptions) -> Pr
     )
     prior = Bingham.uniform(recording.dim)
 
-    def run(count: int | None = None) -> Track:
+    def run(count: int | None = None) -> Any:
         return filter_.run(prior, recording.orientation[:count], times=recording.time[:count])
 
     run(WARM_UP_SAMPLES)
-    return Prepared("first-order", run)
+    return Prepared("first-order", run, of_track)
 
 
 def orientation_noise(deviation_rad: float, dim: int) -> Bingham:

@@ -11,7 +11,7 @@ from rich.console import Console
 from rich.table import Table
 
 if TYPE_CHECKING:
-    from bingham.filters.track import Track
+    from bingham.cli.result import Result
     from bingham.recording import ImuRecording, OrientationRecording
 
 __all__ = ["Truth", "errors_deg", "print_table", "truth_of"]
@@ -30,7 +30,7 @@ class Truth(NamedTuple):
     heading_offset_rad: float | None
 
 
-def truth_of(recording: ImuRecording | OrientationRecording, track: Track) -> Truth | None:
+def truth_of(recording: ImuRecording | OrientationRecording, result: Result) -> Truth | None:
     """Return the truth that a recording brings, against the axes of the track, or None.
 
     Truth on a clock of its own is interpolated, but not over gaps. An inertial recording without magnetometer knows no
@@ -55,7 +55,7 @@ def truth_of(recording: ImuRecording | OrientationRecording, track: Track) -> Tr
     orientation = _compose_known(TO_ENU[recording.earth_frame], orientation)
     if recording.magnetometer is not None:
         return Truth(orientation, scored, None)
-    offset = heading_offset(track.modes[scored], orientation[scored])
+    offset = heading_offset(result.modes[scored], orientation[scored])
     turn = from_rotation_vector([0.0, 0.0, offset])
     return Truth(_compose_known(turn, orientation), scored, offset)
 

@@ -131,8 +131,9 @@ def track_one(path: Path, folder: Path, settings: Settings, step: Any) -> dict[s
     step("filtering")
     prepared = prepare(recording, settings.filtering)
     before = thread_time()
-    result = prepared.run()
+    filtered = prepared.run()
     filtered_s = thread_time() - before
+    result = prepared.result(filtered)
     row: dict[str, Any] = {
         "recording": recording.name,
         "samples": recording.size,
@@ -140,8 +141,8 @@ def track_one(path: Path, folder: Path, settings: Settings, step: Any) -> dict[s
         "wall_s": 0.0,
         "us_per_sample": 1e6 * filtered_s / recording.size,
         "filter": prepared.name,
-        "rejected": int((result.decision == 0).reshape(recording.size, -1).any(axis=1).sum()),
-        "log_evidence": float(result.total_log_evidence),
+        "rejected": int(result.refused.sum()),
+        "log_evidence": float(result.log_evidence.sum()),
     }
     step("comparing")
     truth = truth_of(recording, result)

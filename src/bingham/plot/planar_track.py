@@ -8,7 +8,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bingham.distributions.bingham import Bingham
-from bingham.filters.track import Track
 from bingham.plot.style import (
     AXIS_COLOURS,
     INK,
@@ -30,7 +29,7 @@ MOST = 500  # credible angles are quadratures, one by one
 
 def plot_planar_track(
     time: FloatArray,
-    track: Track,
+    laws: Bingham,
     *,
     truth: FloatArray | None = None,
     scored: NDArray[np.bool_] | None = None,
@@ -43,8 +42,8 @@ def plot_planar_track(
     ----------
     time : (T,) ndarray
         Seconds.
-    track : Track
-        Axes, d = 2.
+    laws : Bingham
+        Of the axes, d = 2, a batch (T,).
     truth : (T, 2) ndarray, optional
         True axes, NaN where unknown.
     scored : (T,) ndarray of bool, optional
@@ -60,7 +59,7 @@ def plot_planar_track(
         Save it with ``savefig``.
     """
     kept = stride(len(time), MOST)
-    t, laws = time[kept], Bingham.from_spectrum(track.concentrations[kept], track.frames[kept])
+    t, laws = time[kept], laws[kept]
     band = np.degrees(laws.credible_angle(0.95))
     figure = new_figure(9.0, 4.0 if truth is None else 6.0)
     panels = figure.subplots(1 if truth is None else 2, 1, sharex=True, squeeze=False)[:, 0]

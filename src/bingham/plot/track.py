@@ -9,7 +9,6 @@ from numpy.typing import NDArray
 from scipy.special import chdtri, ndtri
 
 from bingham.distributions.bingham import Bingham
-from bingham.filters.track import Track
 from bingham.plot.sphere import draw_axes_cloud, draw_sphere
 from bingham.plot.style import (
     AXIS_COLOURS,
@@ -36,8 +35,9 @@ CLOUDS, CLOUD_SIZE = 12, 80
 
 def plot_track(
     time: FloatArray,
-    track: Track,
+    laws: Bingham,
     *,
+    covariance: FloatArray | None = None,
     truth: FloatArray | None = None,
     scored: NDArray[np.bool_] | None = None,
     measured: FloatArray | None = None,
@@ -50,8 +50,10 @@ def plot_track(
     ----------
     time : (T,) ndarray
         Seconds.
-    track : Track
-        Rotations, d = 4.
+    laws : Bingham
+        Of the rotations, d = 4, a batch (T,).
+    covariance : (T, 3, 3) ndarray, optional
+        Of a small turn in world axes, rad², NaN where undefined; that of the laws unless given.
     truth : (T, 4) ndarray, optional
         True orientations, NaN where unknown.
     scored : (T,) ndarray of bool, optional
@@ -70,8 +72,11 @@ def plot_track(
     """
     # Thinned before anything is computed: no screen has more columns.
     kept = stride(len(time))
-    t, laws = time[kept], Bingham.from_spectrum(track.concentrations[kept], track.frames[kept])
-    covariance = laws.covariance(frame="world", undefined="nan")
+    t, laws = time[kept], laws[kept]
+    if covariance is None:
+        covariance = laws.covariance(frame="world", undefined="nan")
+    else:
+        covariance = covariance[kept]
     figure = new_figure(11.0, 6.5)
     grid = figure.add_gridspec(3, 2, width_ratios=[2.2, 1.0])
     angles = figure.add_subplot(grid[0, 0])

@@ -1,0 +1,76 @@
+"""What the command line needs of a track, whichever filter made it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, fields, is_dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from bingham.distributions.bingham import Bingham
+    from bingham.filters.track import Track
+
+__all__ = ["Result", "of_track"]
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Result:
+    """A filtered recording.
+
+    Parameters
+    ----------
+    laws : Bingham
+        Batch (T,).
+    log_evidence : ndarray, shape (T,)
+        Of the measurements of each sample.
+    accepted, refused : ndarray of bool, shape (T,)
+        Whether measurements of a sample were used; whether the gate refused one.
+    reasons : list of str
+        Why something was not used; empty where all was.
+    covariance : callable
+        From "body" or "world" to (T, 3, 3), rad², NaN where undefined; None for axes in the plane.
+    more : mapping
+        Further arrays for the npz file, the state to go on from among them.
+    """
+
+    laws: Bingham
+    log_evidence: FloatArray
+    accepted: NDArray[np.bool_]
+    refused: NDArray[np.bool_]
+    reasons: list[str]
+    covariance: Callable[[str], FloatArray] | None
+    more: dict[str, Any]
+
+    @property
+    def modes(self) -> FloatArray:
+        """Most probable values (T, d)."""
+        return self.laws.mode
+
+
+def of_track(track: Track) -> Result:
+    """Return the result of a filter whose states are laws."""
+    state = getattr(track, "state", None)
+    rest = {f.name: getattr(state, f.name) for f in fields(state)} if is_dataclass(state) else {}
+    plain = {f"state_{k}": v for k, v in rest.items() if isinstance(v, (int, float, np.ndarray))}
+    rotations = track.concentrations.shape[1] == 4
+    return Result(
+        laws=track.laws,
+        log_evidence=track.log_evidence,
+        accepted=track.accepted,
+        refused=(track.decision == 0).reshape(len(track), -1).any(axis=1),
+        reasons=track.reasons(),
+        covariance=(lambda frame: track.covariance(frame=frame)) if rotations else None,  # type: ignore[arg-type]
+        more={
+            "statistic": track.statistic,
+            "decision": track.decision,
+            "threshold": track.threshold,
+            "state_z": track.final.z,
+            "state_M": track.final.M,
+            **plain,
+        },
+    )
