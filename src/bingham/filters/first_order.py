@@ -147,4 +147,6 @@ class BinghamFilter:
         Track
             Continue from ``track.final`` (and ``start_time=times[-1]``) to get the identical track of an unbroken run.
         """
-        return run_conjugate(self, prior, measurements, controls, times, start_time, keep)
+        return run_conjugate(
+            self.motion, self.sensor, self.gate, prior, measurements, controls, times, start_time, keep
+        )

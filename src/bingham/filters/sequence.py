@@ -2,20 +2,19 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from bingham.distributions.bingham import Bingham
 from bingham.errors import InvalidArgumentError
+from bingham.filters.gate import Gate
 from bingham.filters.track import Track
-from bingham.models.motion import Diffusion, Gyroscope, KnownRotation, NoisyIdentity, diffusion_mix
-from bingham.models.sensors import OrientationSensor
+from bingham.kernels import step
+from bingham.models.motion import Diffusion, Gyroscope, KnownRotation, MotionModel, NoisyIdentity, diffusion_mix
+from bingham.models.sensors import OrientationSensor, Sensor
 from bingham.rotations import UNIT_TOLERANCE, from_rotation_vector
-
-if TYPE_CHECKING:
-    from bingham.filters.first_order import BinghamFilter
 
 __all__ = ["run_conjugate", "time_steps"]
 
@@ -62,7 +61,9 @@ def _unit_or_missing(x: ArrayLike, d: int, name: str) -> FloatArray:
 
 
 def run_conjugate(
-    bingham_filter: BinghamFilter,
+    motion: MotionModel,
+    sensor: Sensor,
+    gate: Gate | None,
     prior: Bingham,
     measurements: ArrayLike,
     controls: ArrayLike | None,
@@ -71,9 +72,6 @@ def run_conjugate(
     keep: Literal["all", "last"],
 ) -> Track:
     """Body of `BinghamFilter.run`."""
-    from bingham.kernels import step
-
-    motion, sensor = bingham_filter.motion, bingham_filter.sensor
     if not isinstance(sensor, OrientationSensor) or not isinstance(motion, (NoisyIdentity, Diffusion, Gyroscope)):
         raise InvalidArgumentError(
             "self",
@@ -122,7 +120,6 @@ def run_conjugate(
     out_z, out_frames = np.empty((count, kept, d)), np.empty((count, kept, d, d))
     evidence, statistic = np.empty((count, kept)), np.empty((count, kept))
     decision = np.empty((count, kept), dtype=np.int8)
-    gate = bingham_filter.gate
     threshold = np.inf if gate is None else gate.threshold(d - 1)
     noise = sensor.noise
     log_f = float(noise.log_normalizer)
