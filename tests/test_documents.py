@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 import doctest
 import re
 from pathlib import Path
@@ -49,6 +50,15 @@ def test_commands_in_documents_exist():
     named = {(identity(p), c) for p in texts for c in COMMAND.findall(p.read_text(encoding="utf-8"))}
     assert {c for _, c in named} & known
     assert sorted((place, c) for place, c in named if c not in known) == []
+
+
+def test_code_that_pages_include_exists():
+    pattern = re.compile(r"literalinclude:: (\S+)\n +:pyobject: (\w+)")
+    included = [(page, *found) for page in PAGES for found in pattern.findall(page.read_text(encoding="utf-8"))]
+    assert included
+    for page, source, name in included:
+        tree = ast.parse((page.parent / source).resolve().read_text(encoding="utf-8"))
+        assert name in {getattr(node, "name", None) for node in tree.body}, f"{identity(page)}: {name} in {source}"
 
 
 def test_links_in_the_readme_lead_to_files():

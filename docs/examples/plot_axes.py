@@ -2,8 +2,8 @@
 Axes in space: a cluster and a girdle
 =====================================
 
-Poles of bedding, crystal axes, fibres: lines without a direction. One law describes a cluster about an axis, a girdle in
-a plane and everything between; the fit says which, with standard errors.
+Poles of bedding, crystal axes, fibres: lines without a direction. One law describes a cluster about an axis, a girdle
+in a plane and everything between; the fit says which, with standard errors.
 """
 
 import matplotlib.pyplot as plt

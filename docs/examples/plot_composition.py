@@ -4,8 +4,7 @@ How good is the composed law?
 
 The product of two Bingham rotations is not Bingham. The filter uses the Bingham law with the same second moment; the
 true density is known too, and so is the price: the Kullback–Leibler divergence between them. It is estimated from exact
-samples of the product as the mean of r − 1 − log r with r the ratio of the densities, in which every term counts the same
-way.
+samples of the product as the mean of r − 1 − log r with r the ratio of the densities, of which no term is negative.
 """
 
 import matplotlib.pyplot as plt
