@@ -1,0 +1,134 @@
+"""`BinghamMixture.fit`: checks, starts, restarts, and the number of components by Schwarz's criterion."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from bingham.distributions.em import EMResult, expectation_maximization
+from bingham.distributions.mixture import BinghamMixture
+from bingham.distributions.sample_consensus import sample_consensus
+from bingham.distributions.starts import seed_axes, start_from_axes
+from bingham.errors import ConvergenceError, InvalidArgumentError
+from bingham.rotations import unit_rows
+
+if TYPE_CHECKING:
+    from scipy.spatial.transform import Rotation
+
+__all__ = ["fit_mixture"]
+
+FloatArray = NDArray[np.float64]
+
+# Starts are compared on so many rows at most and after so many steps; the best ones go on.
+COMPARED_ROWS = 20_000
+COMPARED_STEPS = 20
+FINALISTS = 3
+
+
+def fit_mixture(
+    x: ArrayLike | Rotation,
+    components: int | Sequence[int],
+    *,
+    method: Literal["em", "sac"] = "em",
+    weights: ArrayLike | None = None,
+    background: bool = True,
+    restarts: int = 10,
+    max_concentration: float = 1e6,
+    min_points: int | None = None,
+    rng: Any = None,
+    progress: Callable[[int, BinghamMixture | None], None] | None = None,
+) -> BinghamMixture:
+    """Fit a mixture; see `BinghamMixture.fit`. `progress` is called with each number of components when it is done."""
+    a = np.ascontiguousarray(unit_rows(x, None, "x"))
+    if a.ndim != 2 or len(a) < 1 or a.shape[1] < 2:
+        raise InvalidArgumentError("x", "samples as rows, shape (n, d) with n >= 1 and d >= 2", a.shape)
+    if weights is None:
+        counts = np.ones(len(a))
+    else:
+        counts = np.ascontiguousarray(weights, dtype=np.float64)
+        if counts.shape != (len(a),) or not (np.all(counts >= 0.0) and np.all(np.isfinite(counts)) and counts.sum() > 0.0):
+            raise InvalidArgumentError("weights", f"finite, non-negative, not all zero, shape ({len(a)},)", weights)
+    sizes = [components] if isinstance(components, int) else [int(k) for k in components]
+    if not sizes or min(sizes) < 1:
+        raise InvalidArgumentError("components", "one or more positive numbers", components)
+    if not max_concentration > 1.0:
+        raise InvalidArgumentError("max_concentration", "a ceiling above 1", max_concentration)
+    d = a.shape[1]
+    least = d * (d + 1) // 2 if min_points is None else min_points
+    generator = np.random.default_rng(rng)
+    if method == "sac":
+        found = sample_consensus(a, max(sizes), rng=generator, weights=counts, min_points=max(least, 1),
+                                 max_concentration=max_concentration, background=background)  # fmt: skip
+        if found.size == 0:
+            raise ConvergenceError(f"sample consensus: no component of {least} points found", found, "lower min_points")
+        return found
+    if method != "em":
+        raise InvalidArgumentError("method", "'em' or 'sac'", repr(method))
+    if counts.sum() < least:
+        raise InvalidArgumentError("x", f"at least min_points = {least} samples", len(a))
+    best: BinghamMixture | None = None
+    best_bic = np.inf
+    lost: ConvergenceError | None = None
+    for size in sorted(set(sizes)):
+        fitted: BinghamMixture | None = None
+        try:
+            fitted = _best_of_restarts(a, counts, size, background, restarts, max_concentration, least, generator)
+        except ConvergenceError as error:
+            lost = error
+        else:
+            bic = fitted.bic(a, counts) if len(sizes) > 1 else 0.0
+            if bic < best_bic:
+                best, best_bic = fitted, bic
+        if progress is not None:
+            progress(size, fitted)
+    if best is None:
+        assert lost is not None
+        raise lost
+    return best
+
+
+def _best_of_restarts(
+    x: FloatArray,
+    counts: FloatArray,
+    size: int,
+    background: bool,
+    restarts: int,
+    max_concentration: float,
+    min_points: float,
+    rng: np.random.Generator,
+) -> BinghamMixture:
+    """Return the best of EM runs from a sample-consensus start and k-means++ starts, first compared on few steps."""
+    if len(x) > COMPARED_ROWS:
+        rows = rng.choice(len(x), COMPARED_ROWS, replace=False)
+        few, few_counts = np.ascontiguousarray(x[rows]), counts[rows]
+    else:
+        few, few_counts = x, counts
+    floor = min_points * float(few_counts.sum() / counts.sum())
+    runs: list[EMResult] = []
+    for trial in range(max(1, restarts)):
+        known = None
+        if trial == 0:
+            peeled = sample_consensus(few, size, rng=rng, weights=few_counts, min_points=max(floor, 1.0),
+                                      max_concentration=max_concentration, background=background)  # fmt: skip
+            known = peeled.components.mode
+            if peeled.size == size and (peeled.background > 0.0) == background:
+                runs.append(expectation_maximization(few, peeled, weights=few_counts, max_iterations=COMPARED_STEPS,
+                                                     max_concentration=max_concentration, min_points=floor))  # fmt: skip
+                continue
+        start = start_from_axes(few, few_counts, seed_axes(few, few_counts, size, rng, known), background=background)
+        runs.append(expectation_maximization(few, start, weights=few_counts, max_iterations=COMPARED_STEPS,
+                                             max_concentration=max_concentration, min_points=floor))  # fmt: skip
+    runs.sort(key=lambda run: (run.starved, -run.log_likelihood))
+    finals = [
+        expectation_maximization(x, run.mixture, weights=counts, max_concentration=max_concentration, min_points=min_points)
+        for run in runs[: FINALISTS if len(x) <= COMPARED_ROWS else 1]
+        if not run.starved
+    ]
+    kept = [run for run in finals if not run.starved]
+    if not kept:
+        raise ConvergenceError(f"mixture: every start for {size} components lost one (fewer than {min_points:g} points)",
+                               runs[0].mixture, "ask for fewer components, or lower min_points")  # fmt: skip
+    return max(kept, key=lambda run: run.log_likelihood).mixture

@@ -1,0 +1,149 @@
+"""Filter for several hypotheses: Bingham mixtures as states and as measurement noise."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.special import logsumexp
+
+from bingham.distributions.bingham import Bingham
+from bingham.distributions.mixture import BinghamMixture, log_area
+from bingham.errors import InvalidArgumentError
+from bingham.filters.protocol import UpdateInfo
+from bingham.models.motion import MotionModel, NoisyIdentity
+from bingham.models.sensors import OrientationSensor, Sensor, condition
+
+__all__ = ["MixtureFilter", "ambiguous_noise"]
+
+
+def ambiguous_noise(noise: Bingham, symmetries: ArrayLike) -> BinghamMixture:
+    """Return the law of g ⊕ v, g uniform on `symmetries` (m, d): the noise of a sensor that cannot tell x from x ⊕ g.
+
+    Examples
+    --------
+    A two-fold axis along z: turns by 0 and by 180°.
+
+    >>> import numpy as np
+    >>> v = Bingham([-300.0, -300.0, -300.0, 0.0], np.eye(4)[:, ::-1])
+    >>> ambiguous_noise(v, [[1.0, 0, 0, 0], [0, 0, 0, 1.0]]).size
+    2
+    """
+    g = np.asarray(symmetries, dtype=np.float64)
+    if g.ndim != 2 or noise.shape or g.shape[1] != noise.dim:
+        raise InvalidArgumentError("symmetries", f"unit rows, shape (m, {noise.dim}), with one noise law", g.shape)
+    return BinghamMixture(np.full(len(g), 1.0 / len(g)), noise.rotate(left=g))
+
+
+@dataclass(frozen=True)
+class MixtureFilter:
+    """Recursive estimation with several hypotheses; with one component it is the first-order `BinghamFilter`.
+
+    Parameters
+    ----------
+    process_noise : Bingham or MotionModel
+        As for `BinghamFilter`; every component moves by itself.
+    measurement_noise : Bingham, BinghamMixture or Sensor
+        A mixture v stands for z = x ⊕ v: symmetric objects (`ambiguous_noise`), sensors with several failure modes, and by
+        its background for outliers anywhere.
+    noise_side : {"right", "left"}
+        Side on which noises given as laws act.
+    max_components : int
+        The posterior is merged down to this many (`BinghamMixture.reduce`).
+    min_weight : float
+        Lighter hypotheses are dropped.
+    merge_cost : float
+        Pairs of components are merged while the KL divergence that costs is below this, in nats.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> identity_last = np.eye(4)[:, ::-1]
+    >>> v = Bingham([-500.0, -500.0, -500.0, 0.0], identity_last)
+    >>> f = MixtureFilter(v, ambiguous_noise(v, [[1.0, 0, 0, 0], [0, 0, 0, 1.0]]))
+    >>> state, info = f.update(BinghamMixture.single(Bingham.uniform(4)), [1.0, 0.0, 0.0, 0.0])
+    >>> state.weights.round(12)
+    array([0.5, 0.5])
+    """
+
+    process_noise: Bingham | MotionModel
+    measurement_noise: Bingham | BinghamMixture | Sensor
+    noise_side: Literal["right", "left"] = "right"
+    max_components: int = 24
+    min_weight: float = 1e-4
+    merge_cost: float = 1e-4
+
+    def __post_init__(self) -> None:
+        if self.noise_side not in ("right", "left"):
+            raise InvalidArgumentError("noise_side", "'right' or 'left'", repr(self.noise_side))
+        if self.max_components < 1:
+            raise InvalidArgumentError("max_components", "at least one", self.max_components)
+
+    @property
+    def motion(self) -> MotionModel:
+        """The motion model."""
+        w = self.process_noise
+        return NoisyIdentity(w, self.noise_side == "left") if isinstance(w, Bingham) else w
+
+    def _sensors(self) -> tuple[list[Sensor], list[float], float]:
+        """Return the sensors, their weights and the weight of outliers."""
+        v, left = self.measurement_noise, self.noise_side == "left"
+        if isinstance(v, BinghamMixture):
+            sensors: list[Sensor] = [OrientationSensor(v.components[k], left) for k in range(v.size)]
+            return sensors, [float(w) for w in v.weights], v.background
+        return [OrientationSensor(v, left) if isinstance(v, Bingham) else v], [1.0], 0.0
+
+    def predict(self, state: BinghamMixture, control: ArrayLike | None = None, dt: float | None = None) -> BinghamMixture:
+        """Move every component by the motion model; a uniform background stays uniform."""
+        moved = [self.motion.propagate(state.components[k], control, dt) for k in range(state.size)]
+        return BinghamMixture(state.weights, _batch(moved), state.background)
+
+    def update(self, state: BinghamMixture, z: ArrayLike) -> tuple[BinghamMixture, UpdateInfo]:
+        """Posterior ∝ f(z | x) f(x): every component meets every component of the noise.
+
+        Hypothesis (k, m) has the matrix Aₖ + L_m(z) and the weight αₖ β_m F(Aₖ + L_m) / (F(Aₖ) F(L_m)); outliers leave a
+        component as it was, with weight αₖ β₀ / area. Light hypotheses are then dropped, alike ones merged.
+
+        Returns
+        -------
+        BinghamMixture
+            The posterior.
+        UpdateInfo
+            Its log_evidence is exact, before dropping and merging; the statistic is the least one of all hypotheses.
+        """
+        sensors, shares, outliers = self._sensors()
+        laws, weights = state.laws()
+        found: list[Bingham] = []
+        logs: list[float] = []
+        statistic = math.inf
+        for k in range(len(weights)):
+            prior = laws[k]
+            for sensor, share in zip(sensors, shares, strict=True):
+                if weights[k] == 0.0 or share == 0.0:
+                    continue
+                posterior, top, log_noise, _ = condition(prior, sensor, z)
+                found.append(posterior)
+                logs.append(
+                    math.log(weights[k] * share)
+                    + float(posterior.log_normalizer + top - prior.log_normalizer - log_noise)
+                )
+                statistic = min(statistic, -2.0 * top)
+        background = -math.inf
+        if outliers > 0.0:
+            level = math.log(outliers) - log_area(state.dim)
+            for k in range(state.size):
+                if state.weights[k] > 0.0:
+                    found.append(state.components[k])
+                    logs.append(level + math.log(state.weights[k]))
+            background = level + math.log(state.background) if state.background > 0.0 else -math.inf
+        evidence = float(logsumexp([*logs, background]))
+        mixture = BinghamMixture(np.exp(np.array(logs) - evidence), _batch(found), math.exp(background - evidence))
+        small = mixture.prune(self.min_weight).merge(self.merge_cost).reduce(self.max_components)
+        return small, UpdateInfo(evidence, statistic, math.inf, True, "")
+
+
+def _batch(laws: list[Bingham]) -> Bingham:
+    return Bingham.from_spectrum(np.stack([law.z for law in laws]), np.stack([law.M for law in laws]))
