@@ -94,22 +94,28 @@ def expectation_maximization(
     progress : callable, optional
         Called with the iteration and its log-likelihood.
     """
-    from bingham.kernels.mixture import expectation
+    from bingham.kernels.mixture import CHUNK, expectation, expectation_rows
 
     d, size = start.dim, start.size
     counts = np.ones(len(x)) if weights is None else np.ascontiguousarray(weights, dtype=np.float64)
     total = float(counts.sum())
     masses, moments = np.empty(size), np.empty((size, d, d))
     area = log_area(d)
+    # One chunk is not worth waking threads for.
+    e_step = expectation_rows if len(x) <= CHUNK else expectation
 
     def step(mixture: BinghamMixture) -> float:
         with np.errstate(divide="ignore"):
             offsets = np.log(mixture.weights) - mixture.components.log_normalizer
         floor = math.log(mixture.background) - area if mixture.background > 0.0 else -math.inf
-        return expectation(x, counts, rows, mixture.components.z, offsets, floor, masses, moments)
+        masses[:] = 0.0
+        moments[:] = 0.0
+        return e_step(x, counts, rows, mixture.components.z, offsets, floor, masses, moments)
 
-    z = np.maximum(start.components.z, -max_concentration)
-    mixture = BinghamMixture(start.weights, Bingham.from_spectrum(z, np.array(start.components.M)), start.background)
+    mixture = start
+    if np.any(start.components.z < -max_concentration):
+        z = np.maximum(start.components.z, -max_concentration)
+        mixture = BinghamMixture(start.weights, Bingham.from_spectrum(z, np.array(start.components.M)), start.background)
     rows = np.ascontiguousarray(np.swapaxes(mixture.components.M, -1, -2))
     trace = [step(mixture)]
     converged = starved = False

@@ -26,6 +26,8 @@ FloatArray = NDArray[np.float64]
 COMPARED_ROWS = 20_000
 COMPARED_STEPS = 20
 FINALISTS = 3
+# Gain of log-likelihood a sample and step at which a fit has converged: far below what decides between models.
+TOLERANCE = 1e-7
 
 
 def fit_mixture(
@@ -123,7 +125,8 @@ def _best_of_restarts(
                                              max_concentration=max_concentration, min_points=floor))  # fmt: skip
     runs.sort(key=lambda run: (run.starved, -run.log_likelihood))
     finals = [
-        expectation_maximization(x, run.mixture, weights=counts, max_concentration=max_concentration, min_points=min_points)
+        expectation_maximization(x, run.mixture, weights=counts, tolerance=TOLERANCE,
+                                 max_concentration=max_concentration, min_points=min_points)  # fmt: skip
         for run in runs[: FINALISTS if len(x) <= COMPARED_ROWS else 1]
         if not run.starved
     ]

@@ -14,7 +14,7 @@ from numba import prange
 
 from bingham.kernels.compile import compiled
 
-__all__ = ["CHUNK", "expectation", "log_joint"]
+__all__ = ["CHUNK", "expectation", "expectation_rows", "log_joint"]
 
 # Rows a chunk: large enough to hide the scheduling of a thread, small enough to balance two of them.
 CHUNK = 4096
@@ -37,11 +37,48 @@ def log_joint(x, frames, z, offsets, out):
             out[i, k] = q
 
 
+@compiled()
+def expectation_rows(x, weights, frames, z, offsets, background, masses, moments):
+    """Add one chunk to masses (K,) and moments (K, d, d); see `expectation`."""
+    n, d = x.shape
+    size = z.shape[0]
+    t, r = np.empty((size, d)), np.empty(size)
+    value = 0.0
+    for i in range(n):
+        top = background
+        for k in range(size):
+            q = offsets[k]
+            for j in range(d):
+                s = 0.0
+                for m in range(d):
+                    s += frames[k, j, m] * x[i, m]
+                t[k, j] = s
+                q += z[k, j] * s * s
+            r[k] = q
+            top = max(top, q)
+        total = math.exp(background - top)
+        for k in range(size):
+            q = r[k] - top
+            r[k] = math.exp(q) if q > NEGLIGIBLE else 0.0
+            total += r[k]
+        w = weights[i]
+        value += w * (top + math.log(total))
+        for k in range(size):
+            if r[k] > 0.0:
+                s = w * r[k] / total
+                masses[k] += s
+                for a in range(d):
+                    u = s * t[k, a]
+                    for b in range(a, d):
+                        moments[k, a, b] += u * t[k, b]
+    return value
+
+
 @compiled(parallel=True)
 def expectation(x, weights, frames, z, offsets, background, masses, moments):
     """One E step: return Σₙ wₙ log f(xₙ), f(x) = e^{background} + Σₖ exp(offsetsₖ + Σ_j z[k, j] (frames[k, j]·x)²).
 
-    With responsibilities r and t = frames[k] x, written are masses (K,) = Σₙ wₙ rₙₖ and moments (K, d, d) =
+    With responsibilities r and t = frames[k] x, added to are masses (K,) with Σₙ wₙ rₙₖ and moments (K, d, d) with
     Σₙ wₙ rₙₖ t tᵀ, upper triangles: the moment in the frame of its component, where small eigenvalues keep their
     accuracy. x (n, d), weights (n,), background = log(weight / area), −inf for none.
     """
@@ -52,47 +89,11 @@ def expectation(x, weights, frames, z, offsets, background, masses, moments):
     part_mass = np.zeros((chunks, size))
     part_moment = np.zeros((chunks, size, d, d))
     for c in prange(chunks):
-        t, r = np.empty((size, d)), np.empty(size)
-        mass, moment = np.zeros(size), np.zeros((size, d, d))
-        value = 0.0
-        for i in range(c * CHUNK, min(n, (c + 1) * CHUNK)):
-            top = background
-            for k in range(size):
-                q = offsets[k]
-                for j in range(d):
-                    s = 0.0
-                    for m in range(d):
-                        s += frames[k, j, m] * x[i, m]
-                    t[k, j] = s
-                    q += z[k, j] * s * s
-                r[k] = q
-                top = max(top, q)
-            total = math.exp(background - top)
-            for k in range(size):
-                q = r[k] - top
-                r[k] = math.exp(q) if q > NEGLIGIBLE else 0.0
-                total += r[k]
-            w = weights[i]
-            value += w * (top + math.log(total))
-            for k in range(size):
-                if r[k] > 0.0:
-                    s = w * r[k] / total
-                    mass[k] += s
-                    for a in range(d):
-                        u = s * t[k, a]
-                        for b in range(a, d):
-                            moment[k, a, b] += u * t[k, b]
-        part_value[c] = value
-        part_mass[c] = mass
-        part_moment[c] = moment
-    masses[:] = 0.0
-    moments[:] = 0.0
+        i, j = c * CHUNK, min(n, (c + 1) * CHUNK)
+        part_value[c] = expectation_rows(x[i:j], weights[i:j], frames, z, offsets, background, part_mass[c], part_moment[c])
     value = 0.0
     for c in range(chunks):
         value += part_value[c]
-        for k in range(size):
-            masses[k] += part_mass[c, k]
-            for a in range(d):
-                for b in range(a, d):
-                    moments[k, a, b] += part_moment[c, k, a, b]
+        masses += part_mass[c]
+        moments += part_moment[c]
     return value
