@@ -1,0 +1,133 @@
+"""Poses and planes from odometry and plane measurements: a factor graph solved by GTSAM's Levenberg–Marquardt."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, Literal, cast
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bingham.distributions.bingham import Bingham
+from bingham.errors import InvalidArgumentError, MissingExtraError
+from bingham.surfaces.plane_factors import BinghamResidual, GaussianResidual, plane_factor
+from bingham.surfaces.planes import as_group, from_group, to_world
+
+__all__ = ["PlanarMeasurements", "PlanarSolution", "dead_reckoning", "solve_planar_slam"]
+
+FloatArray = NDArray[np.float64]
+
+MAX_ITERATIONS = 100
+# Standard deviations with which the first pose is held: it fixes the frame of the map.
+ANCHOR = 1e-4
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PlanarMeasurements:
+    """What a robot brings home.
+
+    Parameters
+    ----------
+    turns, steps : ndarray, shape (T−1, 3, 3) and (T−1, 3)
+        Measured odometry, the next pose in the frame of the last one.
+    odometry_sigma : tuple of float
+        Standard deviations of a turn (rad) and of a step (m), for each axis.
+    pose_index, plane_index : ndarray of int, shape (m,)
+        Which pose saw which plane.
+    seen : ndarray, shape (m, 4)
+        Measured planes in the frame of the pose.
+    """
+
+    turns: FloatArray
+    steps: FloatArray
+    odometry_sigma: tuple[float, float]
+    pose_index: NDArray[np.int64]
+    plane_index: NDArray[np.int64]
+    seen: FloatArray
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PlanarSolution:
+    """Estimated rotations (T, 3, 3), positions (T, 3) m and planes (P, 4), and how the solver got there.
+
+    `cost_start` and `cost` are half the sum of squared residuals; `converged` says that it stopped before the limit of
+    iterations with a finite cost no larger than at the start.
+    """
+
+    rotations: FloatArray
+    positions: FloatArray
+    planes: FloatArray
+    iterations: int
+    cost_start: float
+    cost: float
+    converged: bool
+
+
+def dead_reckoning(turns: FloatArray, steps: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return the rotations (T, 3, 3) and positions (T, 3) that odometry alone gives, from the identity."""
+    rotations, positions = [np.eye(3)], [np.zeros(3)]
+    for turn, step in zip(turns, steps, strict=True):
+        positions.append(positions[-1] + rotations[-1] @ step)
+        rotations.append(rotations[-1] @ turn)
+    return np.array(rotations), np.array(positions)
+
+
+def solve_planar_slam(
+    measurements: PlanarMeasurements, noise: Bingham, model: Literal["bingham", "gaussian"] = "bingham"
+) -> PlanarSolution:
+    """Return the maximum-likelihood poses and planes, the first pose at the identity.
+
+    Parameters
+    ----------
+    measurements : PlanarMeasurements
+        Odometry and plane observations with known association; every plane is seen at least once.
+    noise : Bingham
+        Law of the plane measurements, quaternions with mode at the identity.
+    model : {"bingham", "gaussian"}
+        The Bingham likelihood, or the tangent-space Gaussian of the same covariance.
+
+    Raises
+    ------
+    MissingExtraError
+        Without GTSAM.
+    """
+    if model not in ("bingham", "gaussian"):
+        raise InvalidArgumentError("model", "'bingham' or 'gaussian'", repr(model))
+    try:
+        import gtsam as _gtsam
+    except ImportError as error:
+        raise MissingExtraError("gtsam", "slam", "planar SLAM") from error
+    gtsam = cast(Any, _gtsam)
+    residual = BinghamResidual if model == "bingham" else GaussianResidual
+    rotations, positions = dead_reckoning(measurements.turns, measurements.steps)
+    graph, values = gtsam.NonlinearFactorGraph(), gtsam.Values()
+    x, l = gtsam.symbol_shorthand.X, gtsam.symbol_shorthand.L
+    for t, (rotation, position) in enumerate(zip(rotations, positions, strict=True)):
+        values.insert(x(t), gtsam.Pose3(gtsam.Rot3(rotation), position))
+    graph.add(gtsam.PriorFactorPose3(x(0), gtsam.Pose3(), gtsam.noiseModel.Isotropic.Sigma(6, ANCHOR)))
+    turn_sigma, step_sigma = measurements.odometry_sigma
+    odometry = gtsam.noiseModel.Diagonal.Sigmas(np.repeat([turn_sigma, step_sigma], 3))
+    for t, (turn, step) in enumerate(zip(measurements.turns, measurements.steps, strict=True)):
+        graph.add(gtsam.BetweenFactorPose3(x(t), x(t + 1), gtsam.Pose3(gtsam.Rot3(turn), step), odometry))
+    for t, k, z in zip(measurements.pose_index, measurements.plane_index, measurements.seen, strict=True):
+        if not values.exists(l(int(k))):
+            values.insert(l(int(k)), gtsam.Rot3(*as_group(to_world(rotations[t], positions[t], z))))
+        graph.add(plane_factor(x(int(t)), l(int(k)), residual(z, noise)))
+    parameters = gtsam.LevenbergMarquardtParams()
+    parameters.setMaxIterations(MAX_ITERATIONS)
+    optimizer = gtsam.LevenbergMarquardtOptimizer(graph, values, parameters)
+    start = float(graph.error(values))
+    result = optimizer.optimize()
+    cost = float(graph.error(result))
+    poses = [result.atPose3(x(t)) for t in range(len(rotations))]
+    quaternions = [result.atRot3(l(int(k))).toQuaternion() for k in np.unique(measurements.plane_index)]
+    iterations = int(optimizer.iterations())
+    return PlanarSolution(
+        np.array([pose.rotation().matrix() for pose in poses]),
+        np.array([np.asarray(pose.translation()) for pose in poses]),
+        from_group(np.array([[q.w(), q.x(), q.y(), q.z()] for q in quaternions])),
+        iterations,
+        start,
+        cost,
+        bool(np.isfinite(cost) and cost <= start and iterations < MAX_ITERATIONS),
+    )
