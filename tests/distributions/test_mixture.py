@@ -88,7 +88,9 @@ def test_rotation_and_inverse_move_the_density():
 def test_reduction_keeps_the_moment_and_merges_twins():
     rng = np.random.default_rng(7)
     p = random_mixture(rng, 4, 3, 0.1)
-    doubled = Bingham(np.concatenate([p.components.z, p.components.z]), np.concatenate([p.components.M, p.components.M]))
+    doubled = Bingham(
+        np.concatenate([p.components.z, p.components.z]), np.concatenate([p.components.M, p.components.M])
+    )
     q = BinghamMixture(np.concatenate([p.weights, p.weights]) / 2.0, doubled, p.background)
     x = rng.standard_normal((20, 4))
     x /= np.linalg.norm(x, axis=1, keepdims=True)

@@ -83,7 +83,7 @@ def test_signs_of_samples_change_no_bit():
 
 
 def test_chunks_and_threads_give_the_sum_of_the_parts():
-    x = random_mixture(np.random.default_rng(4), 3, 2).rvs(10_000, rng=0)
+    x = random_mixture(np.random.default_rng(4), 3, 2).rvs(40_000, rng=0)
     start = random_mixture(np.random.default_rng(5), 3, 2, 0.1, 5.0, 20.0)
     whole = expectation_maximization(x, start, max_iterations=1).trace[0]
     assert whole == pytest.approx(float(np.sum(start.logpdf(x))), rel=1e-12)
@@ -99,17 +99,25 @@ def test_weights_stand_for_repeated_rows():
     np.testing.assert_allclose(a.components.z, b.components.z, rtol=1e-6)
 
 
-def test_sample_consensus_finds_well_separated_components():
+def test_sample_consensus_finds_compact_components_where_density_is_asked_for():
     rng = np.random.default_rng(11)
     truth = random_mixture(rng, 4, 3, 0.1, 300.0, 500.0, 60.0)
-    found = BinghamMixture.fit(truth.rvs(3000, rng=rng), 6, method="sac", min_points=200, rng=0)
+    x = truth.rvs(3000, rng=rng)
+    # At the uniform density one girdle through two modes gains more than either mode alone: the known flaw of the method.
+    assert BinghamMixture.fit(x, 6, method="sac", min_points=200, rng=0).size < 3
+    found = BinghamMixture.fit(x, 6, method="sac", min_points=200, min_density=200.0 / (2.0 * np.pi**2), rng=0)
     assert found.size == 3
     assert np.abs(truth.components.mode @ found.components.mode.T).max(axis=1).min() > np.cos(0.02)
 
 
 def test_bounded_concentrations_solve_their_conditions():
     rng = np.random.default_rng(0)
-    for w in [*np.sort(rng.dirichlet(np.ones(4), 20), axis=1), [0.0, 0.0, 0.3, 0.7], [0.0, 0.0, 0.0, 1.0], [1e-9, 1e-5, 0.5, 0.5 - 1.0001e-5]]:
+    for w in [
+        *np.sort(rng.dirichlet(np.ones(4), 20), axis=1),
+        [0.0, 0.0, 0.3, 0.7],
+        [0.0, 0.0, 0.0, 1.0],
+        [1e-9, 1e-5, 0.5, 0.5 - 1.0001e-5],
+    ]:
         row = np.sort(np.asarray(w, dtype=float))
         z, log_f = bounded_concentrations(row, 900.0)
         value, gradient, _ = log_normalizer_derivatives(z)
@@ -118,7 +126,9 @@ def test_bounded_concentrations_solve_their_conditions():
         assert np.all(z >= -900.0)
         assert z[-1] == 0.0
         assert np.all(residual[bound] <= 0.0)
-        np.testing.assert_allclose(residual[~bound], 0.0, atol=1e-9)
+        # An entry tied with the largest one wants to pass it, which the range of the spectrum forbids.
+        np.testing.assert_allclose(residual[~bound & (z < 0.0)], 0.0, atol=1e-9)
+        assert np.all(residual[~bound & (z == 0.0)] >= -1e-9)
         assert log_f == pytest.approx(value, rel=1e-12)
 
 
@@ -186,7 +196,9 @@ def test_file_names_pair_each_fit_with_the_wrong_face(faces, stage):
         assert max(score, key=lambda m: score[m]) == k % 6 + 1
 
 
-@pytest.mark.parametrize("name", [*(f"face_{k}_{s}" for k in (1, 3, 6) for s in ("init", "final")), "syn_12", "syn_123", "syn_46"])
+@pytest.mark.parametrize(
+    "name", [*(f"face_{k}_{s}" for k in (1, 3, 6) for s in ("init", "final")), "syn_12", "syn_123", "syn_46"]
+)
 def test_em_beats_the_stored_sample_consensus_fit(faces, name):
     stored = stored_mixture(RECORDED / f"glover_fit_{name}.txt")
     if name.startswith("face"):
@@ -195,6 +207,8 @@ def test_em_beats_the_stored_sample_consensus_fit(faces, name):
         x = recorded_set(f"syn_face_{name[4:]}")
     # The stored fits end on a grid of concentrations; EM gets the ceiling that each of them reached.
     ceiling = float(-stored.components.z.min())
-    fitted = BinghamMixture.fit(x, stored.size, background=stored.background > 0.0, max_concentration=ceiling, restarts=4, rng=0)
+    fitted = BinghamMixture.fit(
+        x, stored.size, background=stored.background > 0.0, max_concentration=ceiling, restarts=4, rng=0
+    )
     assert fitted.size <= stored.size
     assert fitted.score(x) >= stored.score(x) - 1e-9

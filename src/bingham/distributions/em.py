@@ -101,8 +101,8 @@ def expectation_maximization(
     total = float(counts.sum())
     masses, moments = np.empty(size), np.empty((size, d, d))
     area = log_area(d)
-    # One chunk is not worth waking threads for.
-    e_step = expectation_rows if len(x) <= CHUNK else expectation
+    # A few chunks are not worth waking threads for.
+    e_step = expectation_rows if len(x) <= 8 * CHUNK else expectation
 
     def step(mixture: BinghamMixture) -> float:
         with np.errstate(divide="ignore"):
@@ -115,7 +115,9 @@ def expectation_maximization(
     mixture = start
     if np.any(start.components.z < -max_concentration):
         z = np.maximum(start.components.z, -max_concentration)
-        mixture = BinghamMixture(start.weights, Bingham.from_spectrum(z, np.array(start.components.M)), start.background)
+        mixture = BinghamMixture(
+            start.weights, Bingham.from_spectrum(z, np.array(start.components.M)), start.background
+        )
     rows = np.ascontiguousarray(np.swapaxes(mixture.components.M, -1, -2))
     trace = [step(mixture)]
     converged = starved = False

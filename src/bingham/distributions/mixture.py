@@ -106,6 +106,8 @@ class BinghamMixture:
         restarts: int = 10,
         max_concentration: float = 1e6,
         min_points: int | None = None,
+        min_density: float | None = None,
+        tolerance: float = 1e-7,
         rng: Any = None,
     ) -> BinghamMixture:
         """Fit a mixture to unit vectors; signs of rows do not matter, not even to the last bit.
@@ -130,6 +132,11 @@ class BinghamMixture:
             rounded or noise-free data, which would grow without end.
         min_points : int, optional
             Least number of points of a component; by default its number of parameters plus one, d(d+1)/2.
+        min_density : float, optional
+            For "sac": density a point must have to belong to a component; 1/area by default, the uniform law's. A higher
+            one keeps it from covering two modes with one girdle.
+        tolerance : float
+            Gain of log-likelihood a sample and step, in nats, at which "em" has converged.
         rng : None, int or numpy.random.Generator
             Passed to ``numpy.random.default_rng``.
 
@@ -143,7 +150,8 @@ class BinghamMixture:
         from bingham.distributions.selection import fit_mixture
 
         return fit_mixture(x, components, method=method, weights=weights, background=background, restarts=restarts,
-                           max_concentration=max_concentration, min_points=min_points, rng=rng)  # fmt: skip
+                           max_concentration=max_concentration, min_points=min_points, min_density=min_density,
+                           tolerance=tolerance, rng=rng)  # fmt: skip
 
     @property
     def dim(self) -> int:
@@ -240,7 +248,9 @@ class BinghamMixture:
 
     def moment(self) -> FloatArray:
         """Return E[x xᵀ] (d, d)."""
-        return np.einsum("k,kij->ij", self.weights, self.components.moment()) + self.background / self.dim * np.eye(self.dim)
+        return np.einsum("k,kij->ij", self.weights, self.components.moment()) + self.background / self.dim * np.eye(
+            self.dim
+        )
 
     def entropy_bounds(self) -> EntropyBounds:
         """Return bounds of the entropy, which has no closed form.
@@ -276,7 +286,9 @@ class BinghamMixture:
 
         return compose_mixtures(self, _as_mixture(other))
 
-    def rotate(self, *, left: ArrayLike | Rotation | None = None, right: ArrayLike | Rotation | None = None) -> BinghamMixture:
+    def rotate(
+        self, *, left: ArrayLike | Rotation | None = None, right: ArrayLike | Rotation | None = None
+    ) -> BinghamMixture:
         """Return the law of left ⊕ x ⊕ right for fixed unit left and right (d,); d = 2 or 4."""
         return BinghamMixture(self.weights, self.components.rotate(left=left, right=right), self.background)
 

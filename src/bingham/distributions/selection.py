@@ -26,8 +26,6 @@ FloatArray = NDArray[np.float64]
 COMPARED_ROWS = 20_000
 COMPARED_STEPS = 20
 FINALISTS = 3
-# Gain of log-likelihood a sample and step at which a fit has converged: far below what decides between models.
-TOLERANCE = 1e-7
 
 
 def fit_mixture(
@@ -40,6 +38,8 @@ def fit_mixture(
     restarts: int = 10,
     max_concentration: float = 1e6,
     min_points: int | None = None,
+    min_density: float | None = None,
+    tolerance: float = 1e-7,
     rng: Any = None,
     progress: Callable[[int, BinghamMixture | None], None] | None = None,
 ) -> BinghamMixture:
@@ -51,7 +51,9 @@ def fit_mixture(
         counts = np.ones(len(a))
     else:
         counts = np.ascontiguousarray(weights, dtype=np.float64)
-        if counts.shape != (len(a),) or not (np.all(counts >= 0.0) and np.all(np.isfinite(counts)) and counts.sum() > 0.0):
+        if counts.shape != (len(a),) or not (
+            np.all(counts >= 0.0) and np.all(np.isfinite(counts)) and counts.sum() > 0.0
+        ):
             raise InvalidArgumentError("weights", f"finite, non-negative, not all zero, shape ({len(a)},)", weights)
     sizes = [components] if isinstance(components, int) else [int(k) for k in components]
     if not sizes or min(sizes) < 1:
@@ -63,7 +65,7 @@ def fit_mixture(
     generator = np.random.default_rng(rng)
     if method == "sac":
         found = sample_consensus(a, max(sizes), rng=generator, weights=counts, min_points=max(least, 1),
-                                 max_concentration=max_concentration, background=background)  # fmt: skip
+                                 min_density=min_density, max_concentration=max_concentration, background=background)  # fmt: skip
         if found.size == 0:
             raise ConvergenceError(f"sample consensus: no component of {least} points found", found, "lower min_points")
         return found
@@ -77,7 +79,9 @@ def fit_mixture(
     for size in sorted(set(sizes)):
         fitted: BinghamMixture | None = None
         try:
-            fitted = _best_of_restarts(a, counts, size, background, restarts, max_concentration, least, generator)
+            fitted = _best_of_restarts(
+                a, counts, size, background, restarts, max_concentration, least, tolerance, generator
+            )
         except ConvergenceError as error:
             lost = error
         else:
@@ -100,6 +104,7 @@ def _best_of_restarts(
     restarts: int,
     max_concentration: float,
     min_points: float,
+    tolerance: float,
     rng: np.random.Generator,
 ) -> BinghamMixture:
     """Return the best of EM runs from a sample-consensus start and k-means++ starts, first compared on few steps."""
@@ -125,8 +130,14 @@ def _best_of_restarts(
                                              max_concentration=max_concentration, min_points=floor))  # fmt: skip
     runs.sort(key=lambda run: (run.starved, -run.log_likelihood))
     finals = [
-        expectation_maximization(x, run.mixture, weights=counts, tolerance=TOLERANCE,
-                                 max_concentration=max_concentration, min_points=min_points)  # fmt: skip
+        expectation_maximization(
+            x,
+            run.mixture,
+            weights=counts,
+            tolerance=tolerance,
+            max_concentration=max_concentration,
+            min_points=min_points,
+        )  # fmt: skip
         for run in runs[: FINALISTS if len(x) <= COMPARED_ROWS else 1]
         if not run.starved
     ]

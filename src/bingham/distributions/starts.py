@@ -18,7 +18,9 @@ START_CONCENTRATION = 1e3
 START_BACKGROUND = 0.1
 
 
-def seed_axes(x: FloatArray, counts: FloatArray, size: int, rng: np.random.Generator, known: FloatArray | None = None) -> FloatArray:
+def seed_axes(
+    x: FloatArray, counts: FloatArray, size: int, rng: np.random.Generator, known: FloatArray | None = None
+) -> FloatArray:
     """Return seeds (size, d) among the rows of x, each far from the others with high probability.
 
     A row is drawn with probability ∝ counts · min sin² of its angle to the seeds so far; of a few such draws the one that

@@ -96,7 +96,9 @@ class MixtureFilter:
             return sensors, [float(w) for w in v.weights], v.background
         return [OrientationSensor(v, left) if isinstance(v, Bingham) else v], [1.0], 0.0
 
-    def predict(self, state: BinghamMixture, control: ArrayLike | None = None, dt: float | None = None) -> BinghamMixture:
+    def predict(
+        self, state: BinghamMixture, control: ArrayLike | None = None, dt: float | None = None
+    ) -> BinghamMixture:
         """Move every component by the motion model; a uniform background stays uniform."""
         moved = [self.motion.propagate(state.components[k], control, dt) for k in range(state.size)]
         return BinghamMixture(state.weights, _batch(moved), state.background)

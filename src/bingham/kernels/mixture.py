@@ -90,7 +90,9 @@ def expectation(x, weights, frames, z, offsets, background, masses, moments):
     part_moment = np.zeros((chunks, size, d, d))
     for c in prange(chunks):
         i, j = c * CHUNK, min(n, (c + 1) * CHUNK)
-        part_value[c] = expectation_rows(x[i:j], weights[i:j], frames, z, offsets, background, part_mass[c], part_moment[c])
+        part_value[c] = expectation_rows(
+            x[i:j], weights[i:j], frames, z, offsets, background, part_mass[c], part_moment[c]
+        )
     value = 0.0
     for c in range(chunks):
         value += part_value[c]

@@ -69,7 +69,9 @@ def four_rooms(
     axes = np.eye(3)
     x_faces = [make_plane(axes[0], c) for pair in X_WALLS for c in pair]
     y_faces = [make_plane(axes[1], c) for pair in Y_WALLS for c in pair]
-    planes = to_body(attitude[0], world[0], np.array([*x_faces, *y_faces, make_plane(axes[2], 0.0), make_plane(axes[2], CEILING)]))
+    planes = to_body(
+        attitude[0], world[0], np.array([*x_faces, *y_faces, make_plane(axes[2], 0.0), make_plane(axes[2], CEILING)])
+    )
     pose_index: list[int] = []
     plane_index: list[int] = []
     for t in range(poses):
@@ -84,5 +86,7 @@ def four_rooms(
     turns = np.swapaxes(rotations[:-1], 1, 2) @ rotations[1:] @ turn_noise
     steps = np.einsum("tji,tj->ti", rotations[:-1], np.diff(positions, axis=0))
     steps += odometry_sigma[1] * generator.standard_normal(steps.shape)
-    measurements = PlanarMeasurements(turns, steps, odometry_sigma, np.array(pose_index), np.array(plane_index), np.array(seen))
+    measurements = PlanarMeasurements(
+        turns, steps, odometry_sigma, np.array(pose_index), np.array(plane_index), np.array(seen)
+    )
     return RoomsRun(rotations, positions, planes, measurements)

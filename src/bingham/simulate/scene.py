@@ -98,7 +98,9 @@ def corridor() -> tuple[list[Rectangle], DepthCamera]:
     return scene, DepthCamera.looking([0.3, 0.1, 1.5], [4.0, -0.05, 0.95])
 
 
-def render(scene: list[Rectangle], camera: DepthCamera, *, noise: float = 1.0, missing: float = 0.01, rng: Any = None) -> DepthView:
+def render(
+    scene: list[Rectangle], camera: DepthCamera, *, noise: float = 1.0, missing: float = 0.01, rng: Any = None
+) -> DepthView:
     """Ray-cast the scene; add Gaussian depth noise of `noise` times `axial_noise` and lose a share `missing` of pixels.
 
     Surfaces seen at more than 80° from their normal give no data, as with a structured-light sensor.

@@ -34,7 +34,9 @@ class Linearised(NamedTuple):
     plane_jacobian: FloatArray
 
 
-def _predicted(rotation: FloatArray, position: FloatArray, quaternion: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+def _predicted(
+    rotation: FloatArray, position: FloatArray, quaternion: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return the plane in the body frame (4,) = h, ∂h/∂(ω, v) (4, 6) and ∂h/∂η (4, 3).
 
     b = Tᵀ π. A step ξ = (ω, v) of the pose gives δb = (n × ω, n·v), n the normal part of b; one of the plane gives
@@ -94,7 +96,9 @@ class GaussianResidual:
         by_r[:, 0] = -2.0 * v
         by_r[:, 1:] = factor * (np.eye(3) - np.outer(unit, unit)) + 2.0 * w * np.outer(unit, unit)
         chain = self._whiten @ by_r @ linear
-        return Linearised(self._whiten @ (factor * v), chain @ np.roll(by_pose, 1, axis=0), chain @ np.roll(by_plane, 1, axis=0))
+        return Linearised(
+            self._whiten @ (factor * v), chain @ np.roll(by_pose, 1, axis=0), chain @ np.roll(by_plane, 1, axis=0)
+        )
 
 
 def plane_factor(pose_key: int, plane_key: int, residual: Callable[..., Linearised]) -> Any:

@@ -57,7 +57,9 @@ def to_body(rotation: ArrayLike, position: ArrayLike, plane: ArrayLike) -> Float
     """
     r, t, p = (np.asarray(a, dtype=np.float64) for a in (rotation, position, plane))
     n = p[..., :3]
-    body = np.concatenate([np.einsum("...ji,...j->...i", r, n), (p[..., 3] + np.sum(t * n, axis=-1))[..., None]], axis=-1)
+    body = np.concatenate(
+        [np.einsum("...ji,...j->...i", r, n), (p[..., 3] + np.sum(t * n, axis=-1))[..., None]], axis=-1
+    )
     return body / np.linalg.norm(body, axis=-1, keepdims=True)
 
 
@@ -84,7 +86,9 @@ def _check_noise(noise: Bingham) -> None:
         raise InvalidArgumentError("noise", "a single law of quaternions, d = 4", repr(noise))
 
 
-def observation(plane: ArrayLike, noise: Bingham, size: int | None = None, *, rng: np.random.Generator | int | None = None) -> FloatArray:
+def observation(
+    plane: ArrayLike, noise: Bingham, size: int | None = None, *, rng: np.random.Generator | int | None = None
+) -> FloatArray:
     """Return noisy measurements π ⊕ v (size, 4), v ~ `noise`, of a plane (4,) in the sensor's frame."""
     _check_noise(noise)
     return from_group(compose(as_group(unit_rows(plane, 4, "plane")), noise.rvs(size, rng=rng)))

@@ -23,7 +23,9 @@ __all__ = ["PlaneDirections", "fit_directions", "lift"]
 FloatArray = NDArray[np.float64]
 
 # The number of components is chosen on so many normals at most.
-SELECTION_ROWS = 10_000
+SELECTION_ROWS = 8_000
+# Directions need no more: 1e-6 nats a normal and step.
+TOLERANCE = 1e-6
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -96,7 +98,7 @@ def fit_directions(
     a = unit_rows(a[np.isfinite(a).all(axis=-1)], 3, "normals")
     generator = np.random.default_rng(rng)
     some = a if len(a) <= SELECTION_ROWS else a[generator.choice(len(a), SELECTION_ROWS, replace=False)]
-    mixture = BinghamMixture.fit(some, components, restarts=restarts, rng=generator)
+    mixture = BinghamMixture.fit(some, components, restarts=restarts, tolerance=TOLERANCE, rng=generator)
     label = mixture.predict(a)
     modes = mixture.components.mode
     behind = np.sum(a * modes[label], axis=-1) < 0.0
