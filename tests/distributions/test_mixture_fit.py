@@ -103,7 +103,8 @@ def test_sample_consensus_finds_compact_components_where_density_is_asked_for():
     rng = np.random.default_rng(11)
     truth = random_mixture(rng, 4, 3, 0.1, 300.0, 500.0, 60.0)
     x = truth.rvs(3000, rng=rng)
-    # At the uniform density one girdle through two modes gains more than either mode alone: the known flaw of the method.
+    # At the uniform density one girdle through two modes gains more than either mode alone: the known flaw of the
+    # method.
     assert BinghamMixture.fit(x, 6, method="sac", min_points=200, rng=0).size < 3
     found = BinghamMixture.fit(x, 6, method="sac", min_points=200, min_density=200.0 / (2.0 * np.pi**2), rng=0)
     assert found.size == 3

@@ -1,4 +1,4 @@
-"""Planes as axes: incidence, frames, the measurement law, Jacobians against differences, SLAM with both noise models."""
+"""Planes as axes: incidence, frames, the measurement law, Jacobians, SLAM with both noise models."""
 
 import importlib.util
 
@@ -8,8 +8,8 @@ from scipy.spatial.transform import Rotation
 
 from bingham.rotations import compose, from_rotation_vector
 from bingham.simulate.rooms import four_rooms
-from bingham.surfaces.plane_factors import BinghamResidual, GaussianResidual, plane_factor
 from bingham.surfaces.planar_slam import dead_reckoning, solve_planar_slam
+from bingham.surfaces.plane_factors import BinghamResidual, GaussianResidual, plane_factor
 from bingham.surfaces.planes import (
     from_group,
     gaussian_to_noise,
@@ -71,11 +71,17 @@ def test_likelihood_is_the_noise_law_of_the_deviation():
     assert law.logpdf(from_group(-q)) == pytest.approx(law.logpdf(from_group(q)), rel=1e-14)
 
 
+def moved_error(residual, turn, position, q, step):
+    """Residual after the step (ω, v, η) of the pose and the plane."""
+    rotation = turn * Rotation.from_rotvec(step[:3])
+    moved = position + turn.apply(step[3:6])
+    return residual(rotation.as_matrix(), moved, compose(q, from_rotation_vector(step[6:]))).error
+
+
 @pytest.mark.parametrize("kind", [BinghamResidual, GaussianResidual])
 def test_jacobians_match_differences(kind):
     rng = np.random.default_rng(3)
     noise = gaussian_to_noise(random_covariance(rng, 0.3))
-    step = 1e-6
     for _ in range(20):
         turn, position = random_pose(rng)
         q = rng.standard_normal(4)
@@ -83,16 +89,11 @@ def test_jacobians_match_differences(kind):
         measured = observation(to_body(turn.as_matrix(), position, from_group(q)), noise, rng=rng)
         residual = kind(measured, noise)
         at = residual(turn.as_matrix(), position, q)
-
-        def moved(xi, eta):
-            r = (turn * Rotation.from_rotvec(xi[:3])).as_matrix()
-            return residual(r, position + turn.as_matrix() @ xi[3:], compose(q, from_rotation_vector(eta))).error
-
-        def difference(i):
-            e = step * np.eye(9)[i]
-            return (moved(e[:6], e[6:]) - moved(-e[:6], -e[6:])) / (2.0 * step)
-
-        numeric = np.stack([difference(i) for i in range(9)], axis=1)
+        columns = [
+            (moved_error(residual, turn, position, q, e) - moved_error(residual, turn, position, q, -e)) / 2e-6
+            for e in 1e-6 * np.eye(9)
+        ]
+        numeric = np.stack(columns, axis=1)
         np.testing.assert_allclose(np.hstack([at.pose_jacobian, at.plane_jacobian]), numeric, atol=1e-6)
 
 

@@ -1,8 +1,8 @@
 """Maximum likelihood under a ceiling on the concentrations, for samples that a free fit would concentrate without end.
 
 A few points, or noise-free or coarsely rounded data, lie on a smaller sphere: some second moments are zero, and the
-likelihood grows without bound. Bounding zᵢ ≥ −ceiling says that no axis is known better than √(1/(2 ceiling)) rad. It keeps
-the problem concave, so that an expectation-maximisation step still cannot lower the likelihood.
+likelihood grows without bound. Bounding zᵢ ≥ −ceiling says that no axis is known better than √(1/(2 ceiling)) rad. It
+keeps the problem concave, so that an expectation-maximisation step still cannot lower the likelihood.
 """
 
 from __future__ import annotations

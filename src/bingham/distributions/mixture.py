@@ -133,8 +133,8 @@ class BinghamMixture:
         min_points : int, optional
             Least number of points of a component; by default its number of parameters plus one, d(d+1)/2.
         min_density : float, optional
-            For "sac": density a point must have to belong to a component; 1/area by default, the uniform law's. A higher
-            one keeps it from covering two modes with one girdle.
+            For "sac": density a point must have to belong to a component; 1/area by default, the uniform law's. A
+            higher one keeps it from covering two modes with one girdle.
         tolerance : float
             Gain of log-likelihood a sample and step, in nats, at which "em" has converged.
         rng : None, int or numpy.random.Generator
@@ -201,7 +201,7 @@ class BinghamMixture:
     def predict_proba(self, x: ArrayLike | Rotation) -> FloatArray:
         """Return the probability (..., K+1) of each component for rows x (..., d); the last is the background's."""
         joint = self.log_joint(x)
-        joint -= logsumexp(joint, axis=-1, keepdims=True)
+        joint -= np.asarray(logsumexp(joint, axis=-1, keepdims=True))
         return np.exp(joint, out=joint)
 
     def predict(self, x: ArrayLike | Rotation) -> NDArray[np.int64]:
@@ -306,15 +306,17 @@ class BinghamMixture:
     def reduce(self, size: int) -> BinghamMixture:
         """Merge pairs of components until `size` are left, always the pair that costs the least.
 
-        The merged law has the weighted second moment of the pair, which makes it the closest Bingham law in KL; the cost
-        (αᵢ + αⱼ) H(merged) − αᵢ Hᵢ − αⱼ Hⱼ bounds the KL divergence between the mixtures from above (after Runnalls 2007).
+        The merged law has the weighted second moment of the pair, which makes it the closest Bingham law in KL; the
+        cost
+        (αᵢ + αⱼ) H(merged) − αᵢ Hᵢ − αⱼ Hⱼ bounds the KL divergence between the mixtures from above (after Runnalls
+        2007).
         """
         from bingham.distributions.mixture_algebra import reduce
 
         return reduce(self, size, math.inf)
 
     def merge(self, cost: float) -> BinghamMixture:
-        """Merge pairs of components, cheapest first, while the cost of a merge (see `reduce`) stays below `cost` nats."""
+        """Merge pairs of components, cheapest first, while a merge (see `reduce`) costs less than `cost` nats."""
         from bingham.distributions.mixture_algebra import reduce
 
         return reduce(self, 1, cost)

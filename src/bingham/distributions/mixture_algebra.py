@@ -49,7 +49,7 @@ def multiply(p: BinghamMixture, q: BinghamMixture) -> tuple[BinghamMixture, floa
             logs.append(np.log(q.weights * p.background) - area)
         log_uniform = np.log(p.background * q.background) - area
     log_w = np.concatenate(logs)
-    evidence = float(logsumexp(np.append(log_w, log_uniform)))
+    evidence = float(np.asarray(logsumexp(np.append(log_w, log_uniform))))
     laws = Bingham.from_spectrum(np.concatenate(z), np.concatenate(frames))
     return BinghamMixture(np.exp(log_w - evidence), laws, float(np.exp(log_uniform - evidence))), evidence
 
@@ -73,7 +73,7 @@ def entropy_bounds(laws: Bingham, weights: FloatArray) -> tuple[float, float]:
     log_f = laws.log_normalizer
     values = np.linalg.eigvalsh(laws.matrix[:, None] + laws.matrix[None])
     overlap = log_normalizer(values) - log_f[:, None] - log_f[None]
-    lower = -float(np.sum(weights * logsumexp(overlap + np.log(weights), axis=1)))
+    lower = -float(np.sum(weights * np.asarray(logsumexp(overlap + np.log(weights), axis=1))))
     return lower, float(np.sum(weights * (laws.entropy() - np.log(weights))))
 
 

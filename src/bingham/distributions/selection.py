@@ -65,7 +65,8 @@ def fit_mixture(
     generator = np.random.default_rng(rng)
     if method == "sac":
         found = sample_consensus(a, max(sizes), rng=generator, weights=counts, min_points=max(least, 1),
-                                 min_density=min_density, max_concentration=max_concentration, background=background)  # fmt: skip
+                                 min_density=min_density, max_concentration=max_concentration,
+                                 background=background)  # fmt: skip
         if found.size == 0:
             raise ConvergenceError(f"sample consensus: no component of {least} points found", found, "lower min_points")
         return found
@@ -123,7 +124,8 @@ def _best_of_restarts(
             known = peeled.components.mode
             if peeled.size == size and (peeled.background > 0.0) == background:
                 runs.append(expectation_maximization(few, peeled, weights=few_counts, max_iterations=COMPARED_STEPS,
-                                                     max_concentration=max_concentration, min_points=floor))  # fmt: skip
+                                                     max_concentration=max_concentration,
+                                                     min_points=floor))  # fmt: skip
                 continue
         start = start_from_axes(few, few_counts, seed_axes(few, few_counts, size, rng, known), background=background)
         runs.append(expectation_maximization(few, start, weights=few_counts, max_iterations=COMPARED_STEPS,
@@ -137,12 +139,12 @@ def _best_of_restarts(
             tolerance=tolerance,
             max_concentration=max_concentration,
             min_points=min_points,
-        )  # fmt: skip
+        )
         for run in runs[: FINALISTS if len(x) <= COMPARED_ROWS else 1]
         if not run.starved
     ]
     kept = [run for run in finals if not run.starved]
     if not kept:
-        raise ConvergenceError(f"mixture: every start for {size} components lost one (fewer than {min_points:g} points)",
-                               runs[0].mixture, "ask for fewer components, or lower min_points")  # fmt: skip
+        lost = f"mixture: every start for {size} components lost one (fewer than {min_points:g} points)"
+        raise ConvergenceError(lost, runs[0].mixture, "ask for fewer components, or lower min_points")
     return max(kept, key=lambda run: run.log_likelihood).mixture

@@ -23,7 +23,8 @@ def seed_axes(
 ) -> FloatArray:
     """Return seeds (size, d) among the rows of x, each far from the others with high probability.
 
-    A row is drawn with probability ∝ counts · min sin² of its angle to the seeds so far; of a few such draws the one that
+    A row is drawn with probability ∝ counts · min sin² of its angle to the seeds so far; of a few such draws the one
+    that
     lowers the sum most is kept (greedy k-means++, Arthur & Vassilvitskii 2007, with sin² for axes). `known` (m, d) are
     seeds given beforehand, kept first.
     """

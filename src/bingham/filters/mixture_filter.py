@@ -47,8 +47,8 @@ class MixtureFilter:
     process_noise : Bingham or MotionModel
         As for `BinghamFilter`; every component moves by itself.
     measurement_noise : Bingham, BinghamMixture or Sensor
-        A mixture v stands for z = x ⊕ v: symmetric objects (`ambiguous_noise`), sensors with several failure modes, and by
-        its background for outliers anywhere.
+        A mixture v stands for z = x ⊕ v: symmetric objects (`ambiguous_noise`), sensors with several failure modes,
+        and by its background for outliers anywhere.
     noise_side : {"right", "left"}
         Side on which noises given as laws act.
     max_components : int
@@ -106,8 +106,8 @@ class MixtureFilter:
     def update(self, state: BinghamMixture, z: ArrayLike) -> tuple[BinghamMixture, UpdateInfo]:
         """Posterior ∝ f(z | x) f(x): every component meets every component of the noise.
 
-        Hypothesis (k, m) has the matrix Aₖ + L_m(z) and the weight αₖ β_m F(Aₖ + L_m) / (F(Aₖ) F(L_m)); outliers leave a
-        component as it was, with weight αₖ β₀ / area. Light hypotheses are then dropped, alike ones merged.
+        Hypothesis (k, m) has the matrix Aₖ + L_m(z) and the weight αₖ β_m F(Aₖ + L_m) / (F(Aₖ) F(L_m)); outliers
+        leave a component as it was, with weight αₖ β₀ / area. Light hypotheses are then dropped, alike ones merged.
 
         Returns
         -------
@@ -141,7 +141,7 @@ class MixtureFilter:
                     found.append(state.components[k])
                     logs.append(level + math.log(state.weights[k]))
             background = level + math.log(state.background) if state.background > 0.0 else -math.inf
-        evidence = float(logsumexp([*logs, background]))
+        evidence = float(np.asarray(logsumexp([*logs, background])))
         mixture = BinghamMixture(np.exp(np.array(logs) - evidence), _batch(found), math.exp(background - evidence))
         small = mixture.prune(self.min_weight).merge(self.merge_cost).reduce(self.max_components)
         return small, UpdateInfo(evidence, statistic, math.inf, True, "")

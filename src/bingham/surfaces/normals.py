@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.ndimage import uniform_filter
-from scipy.spatial import cKDTree
+from scipy.spatial import KDTree
 
 from bingham.errors import InvalidArgumentError
 
@@ -31,7 +31,8 @@ class Normals(NamedTuple):
 
 
 def back_project(depth: ArrayLike, fx: float, fy: float, cx: float, cy: float) -> FloatArray:
-    """Return points (H, W, 3), camera frame x right, y down, z forward, of a depth image (H, W) in m; 0 or NaN is no data.
+    """Return points (H, W, 3) of a depth image (H, W) in m; 0 or NaN is no data. Camera frame: x right, y down, z forward.
+
 
     Pixel (row v, column u) sees along ((u − cx)/fx, (v − cy)/fy, 1).
     """
@@ -122,7 +123,7 @@ def cloud_normals(points: ArrayLike, *, neighbours: int = 20, viewpoint: ArrayLi
         raise InvalidArgumentError("points", "finite, shape (n, 3)", p.shape, "drop rows without data first")
     if not 3 <= neighbours <= len(p):
         raise InvalidArgumentError("neighbours", f"3 to n = {len(p)}", neighbours)
-    nearest = cKDTree(p).query(p, neighbours)[1]
+    nearest = KDTree(p).query(p, neighbours)[1]
     around = p[nearest]
     around -= around.mean(axis=1, keepdims=True)
     values, vectors = np.linalg.eigh(np.einsum("nki,nkj->nij", around, around) / neighbours)

@@ -1,7 +1,8 @@
 """Residuals of plane measurements with exact Jacobians, and GTSAM factors made of them.
 
-A pose is (R, t), p_world = R p_body + t, moved on the right by Exp(ω, v) as GTSAM's ``Pose3``. A plane is the quaternion
-q of `planes.as_group`, moved on the right by exp(η/2) as ``Rot3``, which has no sign either: Kaess' minimal representation.
+A pose is (R, t), p_world = R p_body + t, moved on the right by Exp(ω, v) as GTSAM's ``Pose3``. A plane is the
+quaternion q of `planes.as_group`, moved on the right by exp(η/2) as ``Rot3``, which has no sign either: Kaess' minimal
+representation.
 """
 
 from __future__ import annotations

@@ -1,6 +1,7 @@
 """Planes as unit 4-vectors and their Bingham measurement model (Kaess 2015; Madaan, Suresh & Kalra 2017, §VI).
 
-π = (n, −δ)/√(1 + δ²) holds the points p with n·p = δ. π and −π are one plane, so planes are axes on S³ and a Bingham law is
+π = (n, −δ)/√(1 + δ²) holds the points p with n·p = δ. π and −π are one plane, so planes are axes on S³ and a Bingham
+law is
 a law of planes. For the group operations π is read as the quaternion (w, x, y, z) = (π₄, π₁, π₂, π₃): small deviations
 are rotation vectors (3,), as in Kaess' minimal representation.
 """
@@ -14,8 +15,8 @@ from bingham.distributions.bingham import Bingham
 from bingham.errors import InvalidArgumentError
 from bingham.rotations import compose, unit_rows
 
-__all__ = ["as_group", "from_group", "gaussian_to_noise", "make_plane", "noise_to_gaussian", "observation", "plane_angle",
-           "plane_likelihood", "split_plane", "to_body", "to_world"]  # fmt: skip
+__all__ = ["as_group", "from_group", "gaussian_to_noise", "make_plane", "noise_to_gaussian", "observation",
+"plane_angle", "plane_likelihood", "split_plane", "to_body", "to_world"]  # fmt: skip
 
 FloatArray = NDArray[np.float64]
 
