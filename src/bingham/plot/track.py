@@ -31,6 +31,8 @@ LEVEL = 0.95
 PER_AXIS = float(ndtri((1 + LEVEL) / 2))  # half-width of a normal variable's interval, standard deviations
 IN_PLANE = float(np.sqrt(chdtri(2, 1 - LEVEL)))  # radius of a plane normal variable's disc, the same
 CLOUDS, CLOUD_SIZE = 12, 80
+# An interval of this half-width, degrees, holds 95 % of the circle: nothing is known, and no band is drawn.
+UNKNOWN = 0.95 * 180.0
 
 
 def plot_track(
@@ -100,7 +102,7 @@ def _draw_angles(axes: Any, t: FloatArray, q: FloatArray, covariance: FloatArray
     """Yaw, pitch and roll (intrinsic z, y', x'') with bands, true ones dashed."""
     angle, jacobian = _yaw_pitch_roll(q)
     deviation = np.sqrt(np.einsum("tai,tij,taj->ta", jacobian, covariance, jacobian))
-    band = np.clip(PER_AXIS * np.degrees(deviation), 0, 180)
+    band = _known(PER_AXIS * np.degrees(deviation))
     for k, (name, colour) in enumerate(zip(("yaw", "pitch", "roll"), AXIS_COLOURS[::-1], strict=True)):
         line = unbroken(np.degrees(angle[:, k]))
         axes.plot(t, line, color=colour, lw=0.9, label=name)
@@ -129,6 +131,10 @@ def _yaw_pitch_roll(q: FloatArray) -> tuple[FloatArray, FloatArray]:
     return np.stack([yaw, pitch, roll], axis=1), np.moveaxis(np.array(rows), 2, 0)
 
 
+def _known(half_deg: FloatArray) -> FloatArray:
+    return np.where(half_deg < UNKNOWN, half_deg, np.nan)
+
+
 def _error_deg(q: FloatArray, truth: FloatArray) -> FloatArray:
     """Rotation vector of q ⊗ truth* (T, 3), world axes, degrees."""
     return np.degrees(to_rotation_vector(compose(q, conjugate(truth))))
@@ -138,7 +144,7 @@ def _half_widths(covariance: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Heading's 95 % half-width and a radius about the vertical that holds at least 95 %, degrees (T,)."""
     (a, b), (_, c) = covariance[:, 0, :2].T, covariance[:, 1, :2].T
     widest = (a + c) / 2 + np.hypot((a - c) / 2, b)
-    return PER_AXIS * np.degrees(np.sqrt(covariance[:, 2, 2])), IN_PLANE * np.degrees(np.sqrt(widest))
+    return _known(PER_AXIS * np.degrees(np.sqrt(covariance[:, 2, 2]))), _known(IN_PLANE * np.degrees(np.sqrt(widest)))
 
 
 def _draw_widths(heading: Any, inclination: Any, t: FloatArray, covariance: FloatArray) -> None:
@@ -157,9 +163,8 @@ def _draw_errors(
     if raw is not None:
         heading.plot(t, raw[:, 2], ".", color=PALE, ms=2, label="measured")
         inclination.plot(t, np.hypot(raw[:, 0], raw[:, 1]), ".", color=PALE, ms=2, label="measured")
-    label = "95 % band" if np.isfinite(across).any() else "no band: no clear mode"
-    heading.fill_between(t, -across, across, color=AXIS_COLOURS[2], alpha=0.2, lw=0, label=label)
-    inclination.fill_between(t, 0, around, color=AXIS_COLOURS[0], alpha=0.2, lw=0, label=label)
+    heading.fill_between(t, -across, across, color=AXIS_COLOURS[2], alpha=0.2, lw=0, label=_band_label(across))
+    inclination.fill_between(t, 0, around, color=AXIS_COLOURS[0], alpha=0.2, lw=0, label=_band_label(around))
     tilt = np.hypot(error[:, 0], error[:, 1])
     heading.plot(t, error[:, 2], color=AXIS_COLOURS[2], lw=0.8, label="error")
     inclination.plot(t, tilt, color=AXIS_COLOURS[0], lw=0.8, label="error")
@@ -168,6 +173,10 @@ def _draw_errors(
     inclination.set(ylabel="inclination error [°]", ylim=(0, _limit(tilt, around)))
     for axes in (heading, inclination):
         legend_above(axes)
+
+
+def _band_label(half_deg: FloatArray) -> str:
+    return "95 % band" if np.isfinite(half_deg).any() else "no band: unknown"
 
 
 def _limit(*values: FloatArray) -> float:
