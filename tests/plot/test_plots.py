@@ -44,7 +44,7 @@ def test_euler_angles_and_their_change_with_a_small_turn():
 def test_bands_hold_95_percent():
     rng = np.random.default_rng(3)
     a = rng.normal(size=(3, 3))
-    covariance = (a @ a.T)[None]
+    covariance = 0.01 * (a @ a.T)[None]
     sample = rng.multivariate_normal(np.zeros(3), covariance[0], size=20000)
     across, around = (np.radians(w[0]) for w in _half_widths(covariance))
     share = np.mean(np.abs(sample[:, 2]) < across)
