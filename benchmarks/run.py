@@ -10,7 +10,10 @@ from importlib import import_module, metadata
 from itertools import groupby
 from pathlib import Path
 
-from timing import Row
+for variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
+    os.environ[variable] = "1"
+
+from timing import Row  # noqa: E402
 
 TOPICS = ["normalizer", "moments", "steps", "sampling", "imu", "imports"]
 RESULTS = Path(__file__).parent / "RESULTS.md"
@@ -70,7 +73,8 @@ def main(arguments: list[str]) -> None:
     RESULTS.write_text(
         "# Benchmarks\n\n"
         f"Made by `make bench` on {datetime.datetime.now(datetime.UTC):%Y-%m-%d %H:%M} UTC on {machine()}.\n\n"
-        "Every row is the best of several repeats in one run, one thread unless it says otherwise. The ratio is to the "
+        "Every row is the best of several repeats in one run: processor time of one thread, or, where threads are "
+        "compared and for imports, time on the wall. The ratio is to the "
         "first row of its table: above 1 is slower than this package. The column “asked” is what the project asks of "
         f"itself on a machine like this.\n{table(rows)}",
         encoding="utf-8",
