@@ -1,0 +1,140 @@
+"""Figures of the 2019 study: samples (Figs. 2, 3), corrections (5), errors (7), error against time (8)."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from bingham.distributions.bingham import Bingham
+from bingham.plot.sampling import draw_circle_samples, draw_sphere_samples, draw_tangent_samples
+from bingham.plot.studies.style import new_figure
+from bingham.studies.study import StudyResult
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+__all__ = ["draw"]
+
+LEVELS = ("1e-1", "1e-2", "1e-4")
+LABELS = {
+    "unscented_7": "UT-7",
+    "unscented_progressive_7": "UT-7 progressive",
+    "random_100": "random 100",
+    "rss_20": "RSS-20",
+    "rss_50": "RSS-50",
+    "rss_100": "RSS-100",
+    "rss_gnomonic_100": "RSS-100 gnomonic",
+    "rss_progressive_100": "RSS-100 progressive",
+    "particle_2000": "particles 2000",
+    "particle_20000": "particles 20 000",
+    "conjugate": "conjugate, isotropic",
+    "quadrature": "quadrature",
+}
+# Okabe & Ito: one colour a family.
+COLOURS = {"unscented": "#D55E00", "random": "#999999", "rss": "#0072B2", "particle": "#999999", "conjugate": "#009E73",
+           "quadrature": "#009E73"}  # fmt: skip
+
+
+def draw(result: StudyResult) -> dict[str, Figure]:
+    """Return the figures ``samples``, ``corrections``, ``errors`` and ``time``."""
+    return {
+        "samples": _samples(result),
+        "corrections": _corrections(result),
+        "errors": _errors(result),
+        "time": _time(result),
+    }
+
+
+def _law(*diagonal: float) -> Bingham:
+    return Bingham(-np.array(diagonal), np.eye(len(diagonal)))
+
+
+def _plain(axes: Any) -> None:
+    for ax in np.asarray(axes).flat:
+        ax.grid(visible=False)
+
+
+def _samples(result: StudyResult) -> Figure:
+    figure, axes = new_figure(9.0, 8.6, 3, 3)
+    _plain(axes)
+    for column, (a, m) in enumerate(((5, 10), (10, 30), (30, 50))):
+        points = result.curves[f"points/S1 C=(1,{a}) m={m}/rss"]
+        draw_circle_samples(axes[0, column], _law(1.0, a), points)
+        axes[0, column].set_title(f"S¹, −diag(1, {a}), m = {m}", fontsize=9)
+    for column, (a, m) in enumerate(((5, 50), (10, 200), (40, 500))):
+        points = result.curves[f"points/S2 C=(1,5,{a}) m={m}/rss"]
+        draw_sphere_samples(axes[1, column], _law(1.0, 5.0, a), points)
+        axes[1, column].set_title(f"S², −diag(1, 5, {a}), m = {m}", fontsize=9)
+    for column, m in enumerate((50, 200, 500)):
+        points = result.curves[f"points/S3 C=(1,5,5,5) m={m}/rss"]
+        draw_tangent_samples(axes[2, column], _law(1.0, 5.0, 5.0, 5.0), points)
+        axes[2, column].set_title(f"S³ (tangent), −diag(1, 5, 5, 5), m = {m}", fontsize=9)
+    return figure
+
+
+def _corrections(result: StudyResult) -> Figure:
+    names = {
+        "start": "before correction",
+        "trust_region": "trust region",
+        "trust_region_penalised": "trust region, penalised",
+        "steepest_descent": "steepest descent",
+        "newton": "Newton",
+    }
+    figure, axes = new_figure(11.0, 2.7, 1, len(names))
+    _plain(axes)
+    case = "S2 C=(1,8,70) m=150 correction"
+    for ax, (name, label) in zip(axes, names.items(), strict=True):
+        draw_sphere_samples(ax, _law(1.0, 8.0, 70.0), result.curves[f"correction/{name}"])
+        residual = result.value(case, name, "residual")
+        moved = result.value(case, name, "displacement_rad")
+        ax.set_title(f"{label}\nE = {residual:.0e}, moved {1e3 * moved:.0f} mrad", fontsize=8)
+    return figure
+
+
+def _present(result: StudyResult, level: int) -> list[str]:
+    return [name for name in LABELS if f"rmse/{level}/{name}" in result.curves]
+
+
+def _errors(result: StudyResult) -> Figure:
+    figure, axes = new_figure(10.5, 4.2, 1, len(LEVELS), sharey=True)
+    shown = _present(result, len(LEVELS) - 1)
+    for level, ax in enumerate(axes):
+        for row, name in enumerate(shown):
+            values = result.curves.get(f"rmse/{level}/{name}")
+            if values is None:
+                continue
+            box = ax.boxplot(values, positions=[-row], orientation="horizontal", widths=0.6, patch_artist=True,
+                             flierprops={"ms": 2}, medianprops={"color": "black"})  # fmt: skip
+            box["boxes"][0].set(facecolor=COLOURS[name.split("_")[0]], alpha=0.6)
+        ax.set(xlabel="RMSE of the rotated vector [rad]", title=f"a = {LEVELS[level]}", xscale="log")
+        _decimal_ticks(ax.xaxis)
+    axes[0].set_yticks([-row for row in range(len(shown))], [LABELS[name] for name in shown])
+    return figure
+
+
+def _decimal_ticks(axis: Any) -> None:
+    """Label a logarithmic error axis with plain numbers, few enough to read."""
+    ticks = np.array([0.02, 0.03, 0.05, 0.1, 0.2, 0.3, 0.5, 0.7, 1.0])
+    low, high = axis.get_view_interval()
+    kept = ticks[(ticks >= low) & (ticks <= high)]
+    axis.set_ticks(kept, [f"{tick:g}" for tick in kept])
+    axis.set_ticks([], minor=True)
+
+
+def _time(result: StudyResult) -> Figure:
+    figure, axes = new_figure(9.5, 3.8, 1, 2)
+    marks = dict(zip(LABELS, "oshPXDv^<>*d", strict=True))
+    for ax, level in zip(axes, (1, 2), strict=True):
+        for name in _present(result, level):
+            x = float(result.curves[f"ms/{level}/{name}"][0])
+            y = result.curves[f"rmse/{level}/{name}"]
+            spread = y.std(ddof=1) / np.sqrt(y.size) if y.size > 1 else 0.0
+            style = {"fmt": marks[name], "ms": 6, "color": COLOURS[name.split("_")[0]], "capsize": 2, "lw": 0.8}
+            ax.errorbar(x, y.mean(), spread, label=LABELS[name], **style)
+        ax.set(xscale="log", yscale="log", xlabel="time per step [ms]", title=f"a = {LEVELS[level]}")
+        _decimal_ticks(ax.yaxis)
+    axes[0].set(ylabel="mean RMSE of the rotated vector [rad]")
+    handles, labels = axes[1].get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside right center", fontsize=8, frameon=False)
+    return figure
