@@ -60,6 +60,7 @@ bench: $(VENV)/.with-cli,io,bench build/.kernels
 
 lint: $(VENV)/.with-test $(VENV)/.with-lint
 	$(BIN)/ruff check
+	$(BIN)/ruff format --check
 	$(BIN)/pyright --pythonpath $(BIN)/python
 	$(BIN)/lint-imports
 

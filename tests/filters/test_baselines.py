@@ -115,7 +115,7 @@ def test_a_missing_measurement_only_predicts(baseline):
 def test_scalar_kalman_is_the_linear_filter_away_from_the_seam():
     rng = np.random.default_rng(3)
     angles = 1.5 + 0.1 * rng.normal(size=50)
-    kalman, prior, _ = FILTERS["scalar_kalman"]
+    kalman, _, _ = FILTERS["scalar_kalman"]
     track = kalman.run(AngleState(np.array(1.5), np.array(0.1)), axes(angles))
     mean, variance = 1.5, 0.1
     for angle, found, found_variance in zip(angles, track.states.angle, track.states.variance, strict=True):

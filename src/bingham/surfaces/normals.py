@@ -31,9 +31,9 @@ class Normals(NamedTuple):
 
 
 def back_project(depth: ArrayLike, fx: float, fy: float, cx: float, cy: float) -> FloatArray:
-    """Return points (H, W, 3) of a depth image (H, W) in m; 0 or NaN is no data. Camera frame: x right, y down, z forward.
+    """Return points (H, W, 3) of a depth image (H, W) in m; 0 or NaN is no data.
 
-
+    Camera frame: x right, y down, z forward.
     Pixel (row v, column u) sees along ((u − cx)/fx, (v − cy)/fy, 1).
     """
     z = np.array(depth, dtype=np.float64)
