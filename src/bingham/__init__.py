@@ -21,6 +21,7 @@ _PUBLIC = {
     "Gate": "filters.gate",
     "Gyroscope": "models.motion",
     "HeadingSensor": "models.sensors",
+    "ImuFilter": "filters.imu",
     "ImuRecording": "recording",
     "InertialFilter": "filters.inertial",
     "InvalidArgumentError": "errors",

@@ -1,0 +1,146 @@
+"""What the inertial filter says about a recording."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bingham.distributions.bingham import Bingham
+from bingham.errors import InvalidArgumentError
+from bingham.filters.tangent import law_of_covariance
+from bingham.rotations import continuous, rotate
+
+if TYPE_CHECKING:
+    from bingham.filters.imu import ImuState
+
+__all__ = ["MAGNETOMETER_CODES", "ImuTrack"]
+
+FloatArray = NDArray[np.float64]
+
+MAGNETOMETER_CODES = {
+    0: "no sample",
+    1: "used",
+    2: "field strength unlike the expected",
+    3: "field dip unlike the expected",
+    4: "heading contradicted by the estimate",
+    5: "repeats the sample before",
+    6: "waits for the next update",
+}
+
+# Variance of an angle that is uniform on the circle, rad².
+UNIFORM_VARIANCE = np.pi**2 / 3.0
+
+
+@dataclass(frozen=True, eq=False)
+class ImuTrack:
+    """Estimates for every gyroscope sample of a recording.
+
+    Attributes
+    ----------
+    time : (N,) ndarray
+        Seconds.
+    modes : (N, 4) ndarray
+        Most probable orientation (w, x, y, z), body to world (east, north, up); NaN before the first accelerometer
+        sample.
+    rotation_covariance : (N, 3, 3) ndarray
+        Covariance of the rotation error, world axes, rad², as the filter carries it: the vertical entry of an unknown
+        heading is large. `covariance` is its bounded form.
+    bias, bias_std : (N, 3) ndarray
+        Gyroscope bias and its standard deviations, rad/s, body axes.
+    rest : (N,) ndarray of bool
+        Whether the body was found at rest.
+    log_evidence : (N,) ndarray
+        Log-density of what each update used, given the past; 0 between updates.
+    magnetometer_code : (N,) int8 ndarray
+        What became of each magnetometer sample, see `reasons`.
+    magnetometer_statistic : (N,) ndarray
+        For code 4 the squared heading residual over its variance; otherwise the heading error to be feared from the
+        visible disturbance of the field, in units of the magnetometer's own error; NaN without a sample.
+    final : ImuState
+        State after the last sample, to continue from.
+    smoothed : bool
+        Whether the estimates use the whole recording.
+    """
+
+    time: FloatArray
+    modes: FloatArray
+    rotation_covariance: FloatArray
+    bias: FloatArray
+    bias_std: FloatArray
+    rest: NDArray[np.bool_]
+    log_evidence: FloatArray
+    magnetometer_code: NDArray[np.int8]
+    magnetometer_statistic: FloatArray
+    final: ImuState
+    smoothed: bool = False
+
+    def __len__(self) -> int:
+        return len(self.time)
+
+    @property
+    def continuous_modes(self) -> FloatArray:
+        """Modes (N, 4) with signs chosen so that neighbours agree."""
+        return continuous(self.modes)
+
+    @property
+    def laws(self) -> Bingham:
+        """Bingham law of every orientation, a batch (N,): narrow, a girdle (heading unknown) or anything between.
+
+        Raises
+        ------
+        InvalidArgumentError
+            If the track begins before the first accelerometer sample.
+        """
+        if not np.all(np.isfinite(self.modes[0])):
+            raise InvalidArgumentError(
+                "track", "an accelerometer sample at the start", "none yet", "take laws where modes are finite"
+            )
+        return law_of_covariance(self.modes, self.rotation_covariance)
+
+    @property
+    def matrices(self) -> FloatArray:
+        """A = M diag(z) Mᵀ (N, 4, 4) of `laws`."""
+        return self.laws.matrix
+
+    @property
+    def concentrations(self) -> FloatArray:
+        """z (N, 4) of `laws`, ascending."""
+        return self.laws.z
+
+    @property
+    def heading_std(self) -> FloatArray:
+        """Standard deviation of the heading (N,), rad; π/√3 at most, which is an unknown heading."""
+        return np.sqrt(np.minimum(self.rotation_covariance[:, 2, 2], UNIFORM_VARIANCE))
+
+    @property
+    def inclination_std(self) -> FloatArray:
+        """Root mean square (N,), rad, of the inclination error: the angle between the vertical and its estimate."""
+        return np.sqrt(self.rotation_covariance[:, 0, 0] + self.rotation_covariance[:, 1, 1])
+
+    @property
+    def total_log_evidence(self) -> Any:
+        """Sum of `log_evidence`."""
+        return self.log_evidence.sum()
+
+    def covariance(self, *, frame: Literal["body", "world"]) -> FloatArray:
+        """Return 3×3 covariances (N, 3, 3) of the rotation error, rad², in body or world (ENU) axes.
+
+        An unknown heading has the variance π²/3 of an angle uniform on the circle.
+        """
+        if frame not in ("body", "world"):
+            raise InvalidArgumentError("frame", "'body' or 'world'", repr(frame), "name the axes of the small rotation")
+        c = self.rotation_covariance.copy()
+        shrink = np.sqrt(np.minimum(1.0, UNIFORM_VARIANCE / c[:, 2, 2]))
+        c[:, 2, :] *= shrink[:, None]
+        c[:, :, 2] *= shrink[:, None]
+        if frame == "world":
+            return c
+        to_world = np.stack([rotate(self.modes, axis) for axis in np.eye(3)], axis=-1)
+        return np.swapaxes(to_world, -1, -2) @ c @ to_world
+
+    def reasons(self) -> list[str]:
+        """What became of each magnetometer sample, in words."""
+        return [MAGNETOMETER_CODES[int(code)] for code in self.magnetometer_code]
