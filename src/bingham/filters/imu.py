@@ -152,14 +152,14 @@ class ImuFilter:
     """
 
     gyroscope_noise: float = 1.75e-4
-    gyroscope_scale_error: float = 3.3e-3
-    gyroscope_bias: float = math.radians(0.2)
+    gyroscope_scale_error: float = 3e-3
+    gyroscope_bias: float = math.radians(0.15)
     gyroscope_wide_bias: float = math.radians(3.0)
     gyroscope_bias_walk: float = math.radians(0.002)
     accelerometer_noise: float = 0.03
     accelerometer_scale_error: float = 0.02
-    accelerometer_bias: float = 0.03
-    slow_velocity: float = 0.15
+    accelerometer_bias: float = 0.025
+    slow_velocity: float = 0.2
     motion_window: float = 5.0
     rest_rate: float = math.radians(2.0)
     rest_acceleration: float = 0.5

@@ -1,0 +1,202 @@
+"""The inertial filter fed sample by sample, each sensor at its own times."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bingham.distributions.bingham import Bingham
+from bingham.errors import InvalidArgumentError
+from bingham.filters.imu import ImuFilter, ImuState
+from bingham.filters.imu_track import MAGNETOMETER_CODES, UNIFORM_VARIANCE
+from bingham.filters.tangent import law_of_covariance
+from bingham.kernels import imu_state as at
+from bingham.kernels.imu_step import accelerate, due, magnetize, output, rotate, update
+
+__all__ = ["ImuStream"]
+
+FloatArray = NDArray[np.float64]
+
+GYROSCOPE, ACCELEROMETER, MAGNETOMETER = 0, 1, 2
+
+
+class ImuStream:
+    """Live orientation: call the method of the sensor whose sample has come, read the estimate at any time.
+
+    Samples of one sensor come in the order of their times; sensors may have any rates of their own, miss samples and be
+    late by a fraction of `update_interval` against each other. Samples of equal time are given in the order gyroscope,
+    accelerometer, magnetometer; then the estimates equal those of `ImuFilter.run` bit for bit.
+
+    Parameters
+    ----------
+    filter : ImuFilter, optional
+        Parameters; the defaults unless given.
+    prior : Bingham, optional
+        Law of the orientation before the first accelerometer sample; uniform unless given.
+    state : ImuState, optional
+        Continue from here (`state` of another stream, `ImuTrack.final`).
+
+    Examples
+    --------
+    >>> stream = ImuStream()
+    >>> for k in range(200):
+    ...     stream.gyroscope(0.01 * k, [0.0, 0.0, 0.0])
+    ...     stream.accelerometer(0.01 * k, [0.0, 9.81, 0.0])
+    >>> stream.started, bool(stream.inclination_std < 0.02), bool(stream.heading_std > 1.0)
+    (True, True, True)
+    """
+
+    def __init__(
+        self, filter: ImuFilter | None = None, *, prior: Bingham | None = None, state: ImuState | None = None
+    ) -> None:
+        if prior is not None and state is not None:
+            raise InvalidArgumentError("prior", "None when a state is given", "both")
+        self._filter = ImuFilter() if filter is None else filter
+        self._parameters = self._filter.parameters
+        self._prior = prior
+        self._state = self._filter.blank() if state is None else state.copy()
+        self._rotation = np.empty((3, 3))
+        self._error = np.zeros(at.ERROR_SIZE)
+        self._work = np.zeros((3, at.ERROR_SIZE, at.ERROR_SIZE))
+        self._out = np.zeros(at.OUTPUT_SIZE)
+        self._nothing = np.empty(0)
+        self._log_evidence = 0.0
+
+    def gyroscope(self, time: float, rate: Sequence[float] | FloatArray) -> None:
+        """Take the angular velocity (3,), rad/s, of the body about its own axes at `time`, s.
+
+        Raises
+        ------
+        InvalidArgumentError
+            If the sample is not finite or not later than the one before; the estimate is as before.
+        """
+        x, y, z = _finite("rate", rate)
+        dt = self._step(GYROSCOPE, time)
+        s = self._state
+        if due(s.values, self._parameters):
+            update(
+                s.values, s.covariance, self._parameters, self._error, self._work, self._out, self._nothing
+            )
+            self._log_evidence += float(self._out[at.O_EVIDENCE])
+        rotate(s.values, s.covariance, self._parameters, dt, x, y, z, self._rotation)
+
+    def accelerometer(self, time: float, force: Sequence[float] | FloatArray) -> None:
+        """Take the specific force (3,), m/s², in body axes at `time`, s; see `gyroscope` for errors."""
+        x, y, z = _finite("force", force)
+        dt = self._step(ACCELEROMETER, time)
+        if self._state.values[at.ALIGNED] == 0.0:
+            if x == y == z == 0.0:
+                raise InvalidArgumentError("force", "a non-zero first sample", force)
+            seen = self._filter.start([x, y, z], self._prior)
+            for slot in range(at.Q, at.Q + 4):
+                self._state.values[slot] = seen.values[slot]
+            self._state.values[at.ALIGNED] = -1.0
+            self._state.covariance[:] = seen.covariance
+        accelerate(self._state.values, self._parameters, dt, x, y, z)
+
+    def magnetometer(self, time: float, field: Sequence[float] | FloatArray) -> None:
+        """Take the magnetic field (3,), any one unit, in body axes at `time`, s; see `gyroscope` for errors."""
+        x, y, z = _finite("field", field)
+        self._step(MAGNETOMETER, time)
+        magnetize(self._state.values, x, y, z)
+
+    @property
+    def started(self) -> bool:
+        """Whether there is an estimate, which takes an accelerometer sample."""
+        return self._state.started
+
+    @property
+    def orientation(self) -> FloatArray:
+        """Most probable orientation (w, x, y, z) now, body to world; NaN before the first accelerometer sample."""
+        q = np.full(4, np.nan)
+        if self.started:
+            output(self._state.values, self._parameters, q)
+        return q
+
+    @property
+    def law(self) -> Bingham:
+        """Bingham law of the orientation now; the prior before the first accelerometer sample."""
+        if not self.started:
+            return Bingham.uniform(4) if self._prior is None else self._prior
+        return law_of_covariance(self.orientation, self._state.covariance[:3, :3])
+
+    def covariance(self, *, frame: Literal["body", "world"]) -> FloatArray:
+        """Return the covariance (3, 3) of the rotation error, rad²; an unknown heading has the variance π²/3."""
+        if frame not in ("body", "world"):
+            raise InvalidArgumentError("frame", "'body' or 'world'", repr(frame), "name the axes of the small rotation")
+        c = self._state.covariance[:3, :3].copy()
+        shrink = math.sqrt(min(1.0, UNIFORM_VARIANCE / max(c[2, 2], 1e-300)))
+        c[2, :] *= shrink
+        c[:, 2] *= shrink
+        if frame == "world":
+            return c
+        rotation = np.empty((3, 3))
+        at.rotation_matrix(rotation, self.orientation)
+        return rotation.T @ c @ rotation
+
+    @property
+    def bias(self) -> FloatArray:
+        """Gyroscope bias (3,), rad/s."""
+        return self._state.values[at.BIAS : at.BIAS + 3].copy()
+
+    @property
+    def bias_std(self) -> FloatArray:
+        """Standard deviations (3,) of the bias, rad/s."""
+        return np.sqrt(np.diagonal(self._state.covariance)[6:9])
+
+    @property
+    def heading_std(self) -> float:
+        """Standard deviation of the heading, rad; π/√3 at most, which is an unknown heading."""
+        return math.sqrt(min(self._state.covariance[2, 2], UNIFORM_VARIANCE)) if self.started else math.nan
+
+    @property
+    def inclination_std(self) -> float:
+        """Root mean square of the inclination error, rad."""
+        return math.sqrt(self._state.covariance[0, 0] + self._state.covariance[1, 1]) if self.started else math.nan
+
+    @property
+    def at_rest(self) -> bool:
+        """Whether the body is found at rest."""
+        return bool(self._state.values[at.REST] > 0.0)
+
+    @property
+    def log_evidence(self) -> float:
+        """Log-density of all samples used by this stream so far."""
+        return self._log_evidence
+
+    @property
+    def magnetometer_decision(self) -> tuple[int, float, str]:
+        """Code, statistic and reason of the magnetometer's share in the last update; see `ImuTrack`."""
+        code = int(self._out[at.O_CODE])
+        return code, float(self._out[at.O_STATISTIC]) if code else math.nan, MAGNETOMETER_CODES[code]
+
+    @property
+    def state(self) -> ImuState:
+        """A copy of everything the filter knows; a stream made from it goes on identically."""
+        return self._state.copy()
+
+    def _step(self, sensor: int, time: float) -> float:
+        last = self._state.last[sensor]
+        if not (math.isfinite(time) and not time <= last):
+            raise InvalidArgumentError(
+                "time",
+                f"finite seconds after {last} s, the sensor's last sample",
+                time,
+                "drop samples that come late or twice",
+            )
+        self._state.last[sensor] = time
+        return 0.0 if math.isnan(last) else time - last
+
+
+def _finite(name: str, vector: Sequence[float] | FloatArray) -> tuple[float, float, float]:
+    try:
+        x, y, z = (float(v) for v in vector)
+    except (TypeError, ValueError):
+        raise InvalidArgumentError(name, "three numbers", vector) from None
+    if not (math.isfinite(x) and math.isfinite(y) and math.isfinite(z)):
+        raise InvalidArgumentError(name, "finite numbers", vector, "leave out samples that are missing")
+    return x, y, z
