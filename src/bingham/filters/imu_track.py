@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.special import ndtr
 
 from bingham.distributions.bingham import Bingham
 from bingham.errors import InvalidArgumentError
@@ -114,6 +115,21 @@ class ImuTrack:
     def heading_std(self) -> FloatArray:
         """Standard deviation of the heading (N,), rad; π/√3 at most, which is an unknown heading."""
         return np.sqrt(np.minimum(self.rotation_covariance[:, 2, 2], UNIFORM_VARIANCE))
+
+    def heading_credible_angle(self, p: float) -> FloatArray:
+        """Return α (N,) with P(|heading error| ≤ α) = p, rad: the heading wraps around, α ≤ p π."""
+        if not 0.0 < p < 1.0:
+            raise InvalidArgumentError("p", "a probability between 0 and 1", p)
+        sigma = np.sqrt(self.rotation_covariance[:, 2, 2])
+        low, high = np.zeros_like(sigma), np.full_like(sigma, np.pi)
+        # Beyond 4 rad the wrapped normal law is uniform within e^{-8}.
+        turns = 2.0 * np.pi * np.arange(-3, 4)[:, None]
+        for _ in range(50):
+            middle = 0.5 * (low + high)
+            narrow = np.sum(ndtr((turns + middle) / sigma) - ndtr((turns - middle) / sigma), axis=0)
+            below = np.where(sigma < 4.0, narrow, middle / np.pi) < p
+            low, high = np.where(below, middle, low), np.where(below, high, middle)
+        return high
 
     @property
     def inclination_std(self) -> FloatArray:

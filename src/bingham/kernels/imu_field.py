@@ -18,8 +18,7 @@ __all__ = ["field_update"]
 ABSENT, ACCEPTED, STRENGTH, DIP, HEADING, REPEATED, PENDING = 0, 1, 2, 3, 4, 5, 6
 
 NEW_FIELD_SMOOTHING = 5.0  # s over which a new field is averaged
-# Chance of a heading this far off (χ², one degree of freedom) is 6e-7.
-HEADING_LIMIT = 1e9
+HEADING_LIMIT = 100.0  # a heading ten standard deviations off contradicts the estimate
 
 
 @compiled()

@@ -17,15 +17,16 @@ __all__ = ["smooth"]
 def _solve(a, b):
     """Replace b (12, n) by a⁻¹ b for a positive definite a (12, 12), which is overwritten by its Cholesky factor."""
     n = b.shape[1]
-    for j in range(12):
+    size = a.shape[0]
+    for j in range(size):
         for k in range(j):
             f = a[j, k]
-            for i in range(j, 12):
+            for i in range(j, size):
                 a[i, j] -= a[i, k] * f
         root = 1.0 / math.sqrt(a[j, j])
-        for i in range(j, 12):
+        for i in range(j, size):
             a[i, j] *= root
-    for i in range(12):
+    for i in range(size):
         for k in range(i):
             f = a[i, k]
             for c in range(n):
@@ -33,8 +34,8 @@ def _solve(a, b):
         f = 1.0 / a[i, i]
         for c in range(n):
             b[i, c] *= f
-    for i in range(11, -1, -1):
-        for k in range(i + 1, 12):
+    for i in range(size - 1, -1, -1):
+        for k in range(i + 1, size):
             f = a[k, i]
             for c in range(n):
                 b[i, c] -= f * b[k, c]
@@ -55,6 +56,7 @@ def smooth(indices, filtered, transitions, corrections, modes, covariances, bias
     restart of the filter nothing is handed back.
     """
     count = indices.size
+    size = corrections.shape[1]
     predicted = np.empty((12, 12))
     factor = np.empty((12, 12))
     work = np.empty((12, 12))
@@ -62,7 +64,7 @@ def smooth(indices, filtered, transitions, corrections, modes, covariances, bias
     before = np.zeros((count, 12))  # smoothed error relative to the state just before each update
     for e in range(count - 1, -1, -1):
         if e == count - 1:
-            for i in range(12):
+            for i in range(size):
                 before[e, i] = corrections[e, i]
                 corrections[e, i] = 0.0
             continue
@@ -71,7 +73,7 @@ def smooth(indices, filtered, transitions, corrections, modes, covariances, bias
         coupling = step[9:18].reshape(3, 3)
         p = filtered[e]
         if step[23] > 0.0:
-            for i in range(12):
+            for i in range(size):
                 before[e, i] = corrections[e, i]
                 corrections[e, i] = 0.0
             continue
@@ -81,25 +83,25 @@ def smooth(indices, filtered, transitions, corrections, modes, covariances, bias
         factor[:, :] = predicted
         _solve(factor, gain)
         later = filtered[e + 1]
-        for i in range(12):
-            for j in range(12):
+        for i in range(size):
+            for j in range(size):
                 predicted[i, j] = later[i, j] - predicted[i, j]
         # work = difference · Gᵀ, then p += G · work.
-        for i in range(12):
-            for j in range(12):
+        for i in range(size):
+            for j in range(size):
                 work[i, j] = 0.0
-            for k in range(12):
+            for k in range(size):
                 f = predicted[i, k]
-                for j in range(12):
+                for j in range(size):
                     work[i, j] += f * gain[k, j]
-        for k in range(12):
-            for i in range(12):
+        for k in range(size):
+            for i in range(size):
                 f = gain[k, i]
-                for j in range(12):
+                for j in range(size):
                     p[i, j] += f * work[k, j]
-        for i in range(12):
+        for i in range(size):
             total = 0.0
-            for k in range(12):
+            for k in range(size):
                 total += gain[k, i] * before[e + 1, k]
             before[e, i] = total + corrections[e, i]
             corrections[e, i] = total

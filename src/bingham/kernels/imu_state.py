@@ -66,11 +66,12 @@ def scalar_update(p, x, column, prediction, variance, residual, gain):
     column (12,) is p h, prediction hᵀp h, gain (12,) the factors by which the optimal gain is taken: 1, or 0 for
     coordinates the measurement must not move. p − k cᵀ − c kᵀ + s k kᵀ is the true covariance for any gain k (Joseph).
     """
+    n = p.shape[0]  # not the literal 12, which would be unrolled and cost seconds of compilation
     s = prediction + variance
-    for i in range(12):
+    for i in range(n):
         ki = gain[i] * column[i] / s
         x[i] += ki * residual
-        for j in range(i, 12):
+        for j in range(i, n):
             kj = gain[j] * column[j] / s
             v = p[i, j] - ki * column[j] - column[i] * kj + s * ki * kj
             p[i, j] = v
@@ -82,7 +83,7 @@ def scalar_update(p, x, column, prediction, variance, residual, gain):
 def transition_rows(m, out, turn, coupling, fall):
     """Write out = F m, F = I except θ←b: −turn, v←θ: fall (0 g; −g 0), v←b: coupling, v←a: −turn (12, n)."""
     n = m.shape[1]
-    for i in range(12):
+    for i in range(n):
         for j in range(n):
             out[i, j] = m[i, j]
     for i in range(3):
@@ -109,12 +110,13 @@ def coupling_matrix(turn, velocity, fall, out):
 @compiled()
 def covariance_step(p, turn, coupling, fall, noise, work):
     """Replace p by F p Fᵀ + diag(noise[0] θ, noise[1] v, noise[2] b, noise[3] a)."""
+    n = p.shape[0]
     transition_rows(p, work, turn, coupling, fall)
-    for i in range(12):
+    for i in range(n):
         for j in range(i):
             work[i, j], work[j, i] = work[j, i], work[i, j]
     transition_rows(work, p, turn, coupling, fall)
-    for i in range(12):
+    for i in range(n):
         p[i, i] += noise[i // 3]
         for j in range(i):
             v = 0.5 * (p[i, j] + p[j, i])

@@ -188,9 +188,10 @@ def _typical_speed2(s, par, dt):
 @compiled()
 def _restart(s, p, par):
     """Begin anew with a wide prior about the present orientation: the bias prior was wrong."""
+    heading = p[2, 2]
     p[:, :] = 0.0
     for i in range(3):
-        p[i, i] = 0.09 if i < 2 else 0.25
+        p[i, i] = 0.09 if i < 2 else heading + 0.25
         p[3 + i, 3 + i] = 1.0
         p[6 + i, 6 + i] = par[at.P_WIDE_BIAS] ** 2
         p[9 + i, 9 + i] = par[at.P_ACC_BIAS] ** 2

@@ -1,0 +1,256 @@
+"""The inertial filter on simulations whose answer is known and on its laws."""
+
+import math
+
+import numpy as np
+import pytest
+
+from bingham import Bingham, ImuFilter, ImuRecording, ImuState, ImuStream, InvalidArgumentError
+from bingham.filters.tangent import covariance_of_law, law_of_covariance
+from bingham.rotations import compose, conjugate, from_rotation_vector, rotate, to_rotation_vector
+from bingham.simulate import simulate_imu, simulate_tumbling
+from bingham.simulate.motion import Motion
+
+GRAVITY = np.array([0.0, 0.0, 9.81])
+FIELD = np.array([0.0, 20.0, -45.0])
+
+
+def still(seconds, *, rate=100.0, gyroscope=(0.0, 0.0, 0.0), field=FIELD, noise=1e-3, rng=0):
+    generator = np.random.default_rng(rng)
+    n = int(seconds * rate)
+    rows = [np.tile(v, (n, 1)) + noise * generator.standard_normal((n, 3)) for v in (gyroscope, GRAVITY, field)]
+    return ImuRecording("still", np.arange(n) / rate, *rows)
+
+
+def tumbling(seconds=40.0, **options):
+    return simulate_imu(simulate_tumbling(seconds, 100.0, rng=0, rest_s=2.0), rng=1, **options)
+
+
+def part(r, a, b):
+    return ImuRecording(r.name, r.time[a:b], r.gyroscope[a:b], r.accelerometer[a:b], r.magnetometer[a:b])
+
+
+def heading_error(q, reference):
+    e = compose(q, conjugate(reference))
+    return np.angle(np.exp(2j * np.arctan2(e[:, 3], e[:, 0])))
+
+
+def test_follows_a_simulated_motion():
+    r = tumbling(gyroscope_bias=[0.004, -0.003, 0.002])
+    f = ImuFilter(gyroscope_delay=0.5)  # simulated rates are means over the interval before
+    online, smoothed = f.run(r), f.smooth(r)
+    late = slice(1000, None)
+    for track, bound in ((online, 1.0), (smoothed, 0.5)):
+        angle = np.linalg.norm(to_rotation_vector(compose(track.modes, conjugate(r.reference)))[late], axis=1)
+        assert np.rad2deg(np.sqrt(np.mean(angle**2))) < bound
+    assert np.abs(smoothed.bias[-1] - [0.004, -0.003, 0.002]).max() < 0.001
+
+
+def test_a_large_bias_is_learnt_within_ten_seconds_of_rest():
+    bias = np.radians([6.0, -6.0, 6.0])
+    track = ImuFilter().run(still(10.0, gyroscope=bias, noise=2e-3))
+    assert np.abs(track.bias[-1] - bias).max() < np.radians(0.05)
+    assert np.all(np.abs(track.bias[-1] - bias) < 4 * track.bias_std[-1])
+
+
+def test_a_slow_turn_after_rest_is_not_taken_for_a_bias():
+    n = 800
+    rest = still(20.0)
+    slow = np.zeros((n, 3))
+    slow[:, 2] = np.radians(1.5)
+    gyroscope = np.concatenate([rest.gyroscope, slow])
+    m = len(gyroscope)
+    r = ImuRecording("turn", np.arange(m) / 100, gyroscope, np.tile(GRAVITY, (m, 1)))
+    turned = heading_error(ImuFilter(gyroscope_delay=0.5).run(r).modes[[-1]], np.array([[1.0, 0, 0, 0]]))
+    started = heading_error(ImuFilter(gyroscope_delay=0.5).run(r).modes[[1999]], np.array([[1.0, 0, 0, 0]]))
+    assert abs(np.rad2deg(turned - started)[0] % 360.0 - 12.0) < 0.5
+
+
+def test_uniform_prior_finds_tilt_and_leaves_heading_open():
+    r = still(5.0)
+    without = ImuRecording("6 axes", r.time, r.gyroscope, r.accelerometer)
+    track = ImuFilter().run(without)
+    assert np.rad2deg(track.inclination_std[-1]) < 1.0
+    z = track.concentrations[-1]
+    assert abs(z[2]) < 1e-3 and z[1] < -1e3  # a girdle: two axes of equal weight
+    assert np.allclose(track.heading_std, np.pi / np.sqrt(3))
+    assert np.allclose(track.heading_credible_angle(0.95), 0.95 * np.pi)
+
+
+def test_heading_comes_back_from_the_girdle():
+    r = still(20.0)
+    field = np.array(r.magnetometer)
+    field[:1000] = np.nan
+    track = ImuFilter().run(ImuRecording("late", r.time, r.gyroscope, r.accelerometer, field))
+    assert track.heading_std[999] > 1.5
+    assert np.rad2deg(track.heading_std[-1]) < 3.0
+    assert abs(np.rad2deg(heading_error(track.modes[[-1]], np.array([[1.0, 0, 0, 0]])))[0]) < 0.5
+
+
+def test_partial_prior_tilt_known_heading_not():
+    up_known = Bingham([-1e4, -1e4, 0.0, 0.0], np.array([[0, 0, 1, 0], [1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 0, 1.0]]))
+    track = ImuFilter().run(still(0.1), prior=up_known)
+    assert track.heading_std[0] > 1.5
+    assert track.inclination_std[0] < 0.03
+    known = Bingham.from_covariance(from_rotation_vector([0.0, 0.0, 1.0]), 1e-4 * np.eye(3), frame="world")
+    r = still(3.0)
+    track = ImuFilter().run(ImuRecording("6 axes", r.time, r.gyroscope, r.accelerometer), prior=known)
+    assert abs(to_rotation_vector(track.modes[-1])[2] - 1.0) < 0.02
+
+
+@pytest.mark.parametrize("spread", [1e-6, 1e-2, 1.0, 8.0])
+def test_law_and_covariance_are_inverse_up_to_the_girdle(spread):
+    rng = np.random.default_rng(3)
+    axes = np.linalg.qr(rng.standard_normal((3, 3)))[0]
+    p = axes @ np.diag([1e-4, 3e-4, spread]) @ axes.T
+    mode = from_rotation_vector([0.3, -0.2, 1.1])
+    law = law_of_covariance(mode, p)
+    assert abs(law.mode @ mode) > 1 - 1e-12
+    np.testing.assert_allclose(covariance_of_law(law), p, rtol=1e-4, atol=1e-8)
+
+
+def test_law_has_the_moment_of_a_random_rotation():
+    """E[qqᵀ] of many small random turns about fixed axes, drawn."""
+    rng = np.random.default_rng(5)
+    p = np.diag([0.02, 0.3, 1.5])
+    steps, count = 400, 20000
+    q = np.tile([1.0, 0.0, 0.0, 0.0], (count, 1))
+    for _ in range(steps):
+        q = compose(from_rotation_vector(rng.standard_normal((count, 3)) * np.sqrt(np.diagonal(p) / steps)), q)
+    drawn = q.T @ q / count
+    np.testing.assert_allclose(law_of_covariance(np.array([1.0, 0, 0, 0]), p).moment(), drawn, atol=4 / math.sqrt(count))
+
+
+def test_split_run_equals_whole_run_and_state_survives_as_text():
+    r = tumbling(12.0)
+    whole = ImuFilter().run(r)
+    first = ImuFilter().run(part(r, 0, 555))
+    second = ImuFilter().run(part(r, 555, r.size), state=ImuState.from_json(first.final.to_json()))
+    for name in ("modes", "rotation_covariance", "bias", "log_evidence"):
+        np.testing.assert_array_equal(getattr(second, name), getattr(whole, name)[555:])
+
+
+def test_stream_equals_run_with_sensors_at_their_own_rates():
+    r = tumbling(8.0)
+    force, field = np.array(r.accelerometer), np.array(r.magnetometer)
+    force[1::2] = np.nan
+    field[1::7] = np.nan
+    field[10:20] = field[10]
+    gone = np.ones(r.size, bool)
+    gone[300:340] = False
+    gone[401] = False
+    r = ImuRecording("irregular", r.time[gone], r.gyroscope[gone], force[gone], field[gone])
+    track = ImuFilter().run(r)
+    stream = ImuStream()
+    for k, t in enumerate(r.time):
+        if k == 200:
+            stream = ImuStream(state=stream.state)
+        stream.gyroscope(t, r.gyroscope[k])
+        if np.isfinite(r.accelerometer[k, 0]):
+            stream.accelerometer(t, r.accelerometer[k])
+        if np.isfinite(r.magnetometer[k, 0]):
+            stream.magnetometer(t, r.magnetometer[k])
+        np.testing.assert_array_equal(stream.orientation, track.modes[k])
+    np.testing.assert_array_equal(stream.covariance(frame="world"), track.covariance(frame="world")[-1])
+    np.testing.assert_allclose(stream.covariance(frame="body"), track.covariance(frame="body")[-1], atol=1e-15)
+    assert set(track.reasons()) >= {"used", "repeats the sample before", "no sample"}
+
+
+def test_stream_refuses_what_it_cannot_use():
+    stream = ImuStream()
+    stream.gyroscope(0.0, [0, 0, 0])
+    with pytest.raises(InvalidArgumentError, match="after 0.0 s"):
+        stream.gyroscope(0.0, [0, 0, 0])
+    with pytest.raises(InvalidArgumentError, match="finite numbers"):
+        stream.accelerometer(0.0, [0, np.nan, 0])
+    with pytest.raises(InvalidArgumentError, match="three numbers"):
+        stream.magnetometer(0.0, [0, 1])
+    assert not stream.started
+    assert np.isnan(stream.orientation).all()
+
+
+def test_a_gap_widens_the_uncertainty():
+    r = tumbling(10.0)
+    there = np.r_[0:500, 700:1000]
+    cut = ImuRecording("gap", r.time[there], r.gyroscope[there], r.accelerometer[there], r.magnetometer[there])
+    track = ImuFilter().run(cut)
+    assert track.inclination_std[500] > 1.0 > 10 * track.inclination_std[499]
+
+
+def test_disturbed_field_is_refused_with_a_reason_and_a_lasting_one_accepted():
+    r = tumbling(120.0)
+    field = np.array(r.magnetometer)
+    q = r.reference
+    disturbed = slice(3000, r.size)
+    field[disturbed] += rotate(conjugate(q[disturbed]), np.array([30.0, -35.0, 25.0]))
+    recording = ImuRecording("magnet", r.time, r.gyroscope, r.accelerometer, field)
+    track = ImuFilter(gyroscope_delay=0.5).run(recording)
+    soon = track.magnetometer_code[3010:4000]
+    assert np.isin(soon, (2, 3)).all()
+    assert (track.magnetometer_statistic[3010:4000] > 5).all()
+    before = np.rad2deg(np.abs(heading_error(track.modes[2900:4000], q[2900:4000])))
+    assert before.max() < 5.0
+    assert (track.magnetometer_code[-100:] == 1).any()  # accepted in the end
+
+
+def test_declination_turns_the_heading():
+    r = still(4.0)
+    plain, turned = ImuFilter().run(r), ImuFilter(declination=0.1).run(r)
+    change = heading_error(turned.modes[[-1]], plain.modes[[-1]])[0]
+    assert abs(change + 0.1) < 1e-3  # true north lies left of magnetic north: the body faces further right
+
+
+def test_clipping_is_noticed():
+    """A sensor that swings beyond its range: without notice its clipped peaks tilt the estimate more."""
+    from bingham.kernels import imu_state as at
+    from bingham.kernels.imu_step import accelerate
+
+    f = ImuFilter()
+    state = f.start([0.0, 0.0, 9.81])
+    par = f.parameters
+    for k, value in enumerate([9.81, 19.6, 19.6, 19.6, 12.0, 12.0]):
+        accelerate(state.values, par, 0.0 if k == 0 else 0.01, 0.0, 0.0, value)
+    assert state.values[at.CLIPPED] == pytest.approx(0.02)
+
+
+def yaw_only(seconds, rate, rng):
+    """Bodies that only turn about the vertical: their heading bias cannot be seen."""
+    time = np.arange(int(seconds * rate)) / rate
+    yaw = 0.6 * np.sin(2.0 * time) + 0.3 * np.sin(1.3 * time + rng.uniform(0, 6))
+    yaw -= yaw[0]
+    q = from_rotation_vector(np.stack([0 * yaw, 0 * yaw, yaw], axis=-1))
+    speed = np.gradient(yaw, time)
+    return Motion("yaw", time, q, np.stack([0 * yaw, 0 * yaw, speed], axis=-1), np.ones(len(time), bool))
+
+
+def heading_coverage(stated_noise, runs):
+    """Share of 95 % heading sets that hold the truth, six axes, half an hour each."""
+    rng = np.random.default_rng(11)
+    bias_std = math.radians(0.01)
+    f = ImuFilter(
+        gyroscope_noise=stated_noise, gyroscope_scale_error=0.0, gyroscope_bias=bias_std * stated_noise / 3e-3,
+        gyroscope_bias_walk=2e-6, gyroscope_delay=0.5,
+    )  # fmt: skip
+    prior = Bingham.from_covariance([1.0, 0, 0, 0], 1e-6 * np.eye(3), frame="world")
+    inside = []
+    for _ in range(runs):
+        r = simulate_imu(
+            yaw_only(1800.0, 4.2, rng), gyroscope_noise_density=3e-3, gyroscope_bias=[0, 0, bias_std * rng.standard_normal()],
+            gyroscope_bias_walk=2e-6, magnetometer=False, rng=rng,
+        )  # fmt: skip
+        track = f.run(r, prior=prior)
+        pick = np.arange(20, r.size, 100)
+        inside.append(np.abs(heading_error(track.modes, r.reference))[pick] < track.heading_credible_angle(0.95)[pick])
+    return np.mean(inside)
+
+
+def test_six_axis_heading_coverage_over_hours():
+    assert 0.93 <= heading_coverage(3e-3, 200) <= 0.97
+    assert heading_coverage(1e-3, 20) < 0.8  # the control: noise understated threefold
+
+
+def test_parameters_are_checked():
+    with pytest.raises(InvalidArgumentError, match="gravity: expected a positive number, got -1"):
+        ImuFilter(gravity=-1.0)
+    with pytest.raises(InvalidArgumentError, match="at least one accelerometer sample"):
+        ImuFilter().run(ImuRecording("gyro", [0.0, 0.1], np.zeros((2, 3))))
