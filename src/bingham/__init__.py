@@ -23,7 +23,7 @@ _PUBLIC = {
     "HeadingSensor": "models.sensors",
     "ImuFilter": "filters.imu",
     "ImuRecording": "recording",
-    "ImuState": "filters.imu",
+    "ImuState": "filters.imu_state",
     "ImuStream": "filters.imu_events",
     "ImuTrack": "filters.imu_track",
     "InertialFilter": "filters.inertial",

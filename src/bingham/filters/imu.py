@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 from dataclasses import dataclass, fields
 
@@ -11,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from bingham.distributions.bingham import Bingham
 from bingham.errors import InvalidArgumentError
+from bingham.filters.imu_state import ImuState
 from bingham.filters.imu_track import ImuTrack
 from bingham.filters.tangent import covariance_of_law
 from bingham.kernels import imu_state as at
@@ -19,64 +19,12 @@ from bingham.kernels.imu_smooth import smooth as smooth_kernel
 from bingham.models.sensors import davenport_matrix
 from bingham.recording import ImuRecording
 
-__all__ = ["ImuFilter", "ImuState"]
+__all__ = ["ImuFilter"]
 
 FloatArray = NDArray[np.float64]
 
 # The first accelerometer sample shows up within this, rad, one standard deviation per axis.
 FIRST_TILT = 0.1
-
-
-@dataclass(frozen=True, eq=False)
-class ImuState:
-    """Everything the filter knows; continuing from it gives the identical track of an unbroken run.
-
-    Attributes
-    ----------
-    values : (83,) ndarray
-        State vector, see `kernels.imu_state`.
-    covariance : (12, 12) ndarray
-        Covariance of the errors of orientation, velocity, gyroscope bias and accelerometer bias.
-    last : (3,) ndarray
-        Times of the last gyroscope, accelerometer and magnetometer samples, s; NaN before the first.
-    """
-
-    values: FloatArray
-    covariance: FloatArray
-    last: FloatArray
-
-    @property
-    def started(self) -> bool:
-        """Whether the first accelerometer sample has come."""
-        return bool(self.values[at.ALIGNED] > 0.0)
-
-    def copy(self) -> ImuState:
-        """Return an independent copy."""
-        return ImuState(self.values.copy(), self.covariance.copy(), self.last.copy())
-
-    def to_json(self) -> str:
-        """Return the state as text; `from_json` restores it bit for bit."""
-        return json.dumps({f.name: getattr(self, f.name).tolist() for f in fields(self)})
-
-    @classmethod
-    def from_json(cls, text: str) -> ImuState:
-        """Return the state that `to_json` wrote.
-
-        Raises
-        ------
-        InvalidArgumentError
-            If the text is no such state.
-        """
-        shapes = {"values": (at.STATE_SIZE,), "covariance": (at.ERROR_SIZE, at.ERROR_SIZE), "last": (3,)}
-        try:
-            content = json.loads(text)
-            arrays = {name: np.array(content[name], dtype=np.float64) for name in shapes}
-        except (ValueError, TypeError, KeyError) as error:
-            raise InvalidArgumentError("text", "a state written by to_json", f"{error}") from None
-        for name, shape in shapes.items():
-            if arrays[name].shape != shape:
-                raise InvalidArgumentError(name, f"shape {shape}", arrays[name].shape, "use the version that wrote it")
-        return cls(**arrays)
 
 
 @dataclass(frozen=True)
@@ -86,8 +34,8 @@ class ImuFilter:
     Orientation error θ (world axes), velocity, gyroscope bias b and accelerometer bias form one error state; θ's law is
     read out as a Bingham law at any spread (`filters.tangent`). Gravity is found by integrating the accelerometer and
     holding that a body's velocity stays bounded: as seen over seconds what remains is gravity. A magnetometer corrects
-    the heading only. At rest the gyroscope shows its bias. World axes are east, north, up; a resting accelerometer reads
-    +g upwards. One set of defaults serves all sensors tried; nothing has to be tuned first.
+    the heading only. At rest the gyroscope shows its bias. World axes are east, north, up; a resting accelerometer
+    reads +g upwards. One set of defaults serves all sensors tried; nothing has to be tuned first.
 
     Parameters
     ----------
@@ -223,9 +171,7 @@ class ImuFilter:
         """Return the state before any sample."""
         return ImuState(np.zeros(at.STATE_SIZE), np.zeros((at.ERROR_SIZE, at.ERROR_SIZE)), np.full(3, np.nan))
 
-    def run(
-        self, recording: ImuRecording, *, prior: Bingham | None = None, state: ImuState | None = None
-    ) -> ImuTrack:
+    def run(self, recording: ImuRecording, *, prior: Bingham | None = None, state: ImuState | None = None) -> ImuTrack:
         """Filter a recording in one compiled loop.
 
         Parameters
@@ -257,9 +203,7 @@ class ImuFilter:
         """
         return self._run(recording, prior, None, smooth=True)
 
-    def _run(
-        self, recording: ImuRecording, prior: Bingham | None, state: ImuState | None, *, smooth: bool
-    ) -> ImuTrack:
+    def _run(self, recording: ImuRecording, prior: Bingham | None, state: ImuState | None, *, smooth: bool) -> ImuTrack:
         n = recording.size
         force = recording.accelerometer
         if state is not None:
@@ -310,7 +254,8 @@ class ImuFilter:
         )
         modes, covariances, bias, bias_std, rest, evidence, code, statistic = out
         if smooth and count:
-            smooth_kernel(*(part[:count] for part in store), modes, covariances, bias, bias_std)
+            indices, filtered, transitions, corrections = (part[:count] for part in store)
+            smooth_kernel(indices, filtered, transitions, corrections, modes, covariances, bias, bias_std)
         return ImuTrack(
             recording.time, modes, covariances, bias, bias_std, rest, evidence, code, statistic, state, smooth
         )

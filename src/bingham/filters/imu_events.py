@@ -11,11 +11,13 @@ from numpy.typing import NDArray
 
 from bingham.distributions.bingham import Bingham
 from bingham.errors import InvalidArgumentError
-from bingham.filters.imu import ImuFilter, ImuState
+from bingham.filters.imu import ImuFilter
+from bingham.filters.imu_state import ImuState
 from bingham.filters.imu_track import MAGNETOMETER_CODES, UNIFORM_VARIANCE
 from bingham.filters.tangent import law_of_covariance
 from bingham.kernels import imu_state as at
-from bingham.kernels.imu_step import accelerate, due, magnetize, output, rotate, update
+from bingham.kernels.imu_samples import accelerate, due, magnetize, output, rotate
+from bingham.kernels.imu_update import update
 
 __all__ = ["ImuStream"]
 
@@ -78,9 +80,7 @@ class ImuStream:
         dt = self._step(GYROSCOPE, time)
         s = self._state
         if due(s.values, self._parameters):
-            update(
-                s.values, s.covariance, self._parameters, self._error, self._work, self._out, self._nothing
-            )
+            update(s.values, s.covariance, self._parameters, self._error, self._work, self._out, self._nothing)
             self._log_evidence += float(self._out[at.O_EVIDENCE])
         rotate(s.values, s.covariance, self._parameters, dt, x, y, z, self._rotation)
 

@@ -15,7 +15,7 @@ from bingham.filters.tangent import law_of_covariance
 from bingham.rotations import continuous, rotate
 
 if TYPE_CHECKING:
-    from bingham.filters.imu import ImuState
+    from bingham.filters.imu_state import ImuState
 
 __all__ = ["MAGNETOMETER_CODES", "ImuTrack"]
 
@@ -108,7 +108,7 @@ class ImuTrack:
 
     @property
     def concentrations(self) -> FloatArray:
-        """z (N, 4) of `laws`, ascending."""
+        """Z (N, 4) of `laws`, ascending."""
         return self.laws.z
 
     @property

@@ -231,9 +231,7 @@ def _evidence_of(
         noise = np.ones(3)
         noise[: len(logarithms)] = np.exp(np.clip(logarithms, -40.0, 20.0))
         return float(
-            white_noise_evidence(
-                steps, rate, acceleration, samples, q, strength, gravity, noise, bias_walk, BIAS_STD
-            )
+            white_noise_evidence(steps, rate, acceleration, samples, q, strength, gravity, noise, bias_walk, BIAS_STD)
         )
 
     return evidence, names

@@ -7,7 +7,8 @@ import numpy as np
 from bingham.kernels import imu_state as at
 from bingham.kernels.compile import compiled
 from bingham.kernels.imu_field import ABSENT, PENDING, REPEATED
-from bingham.kernels.imu_step import accelerate, due, magnetize, output, rotate, update
+from bingham.kernels.imu_samples import accelerate, due, magnetize, output, rotate
+from bingham.kernels.imu_update import update
 
 __all__ = ["run"]
 

@@ -1,8 +1,8 @@
 """What a magnetometer tells about heading, and how far to believe it.
 
 Of a disturbance only two components can be seen: those that change the field's strength and its dip, that is its
-horizontal and its upward part. The third turns the heading. It is taken to be as large as the two visible ones, so that a
-disturbed sample is not dropped but counts for less, and none is believed more than its surroundings allow.
+horizontal and its upward part. The third turns the heading. It is taken to be as large as the two visible ones, so
+that a disturbed sample is not dropped but counts for less, and none is believed more than its surroundings allow.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ def _reference(s, par, dt, h, u, weight):
 
 @compiled()
 def _lasting_change(s, par, dt, h, u):
-    """Whether a field unlike the reference has been the same for so long, while the body moved, that it is the new one."""
+    """Whether a field unlike the reference has lasted so long, while the body moved, that it is the new one."""
     near = (h - s[at.NEW_N]) ** 2 + (u - s[at.NEW_U]) ** 2
     limit = (0.5 * par[at.P_LIMIT] * max(s[at.NEW_N], 1e-300)) ** 2
     rate = min(1.0, dt / NEW_FIELD_SMOOTHING)

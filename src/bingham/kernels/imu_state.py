@@ -1,6 +1,6 @@
 """Layout of the inertial filter's state and parameters, and the linear algebra of its covariance.
 
-The state is one flat array and one 12×12 matrix, so that saving them saves everything. Error coordinates, in this order:
+The state is one flat array and one 12×12 matrix, so that saving them saves everything. Error coordinates, in order:
 θ (rotation vector, world axes: R_true = Exp(θ) R), v (velocity, world), b (gyroscope bias, body), a (accelerometer
 bias, body); v_true = Exp(θ) v + δv, the right-invariant error of Barrau & Bonnabel (IEEE Trans. Autom. Control 62(4),
 2017): its dynamics do not depend on heading, so an unknown heading leaves the inclination alone.
