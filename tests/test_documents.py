@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import doctest
+import pkgutil
 import re
 from pathlib import Path
 
@@ -59,6 +60,14 @@ def test_code_that_pages_include_exists():
     for page, source, name in included:
         tree = ast.parse((page.parent / source).resolve().read_text(encoding="utf-8"))
         assert name in {getattr(node, "name", None) for node in tree.body}, f"{identity(page)}: {name} in {source}"
+
+
+def test_all_modules_are_in_the_reference():
+    import bingham
+
+    page = (ROOT / "docs/api/index.rst").read_text(encoding="utf-8")
+    listed = set(re.findall(r"^   bingham\.(\w+)$", page, re.MULTILINE))
+    assert listed == {m.name for m in pkgutil.iter_modules(bingham.__path__)} - {"kernels", "cli", "__main__"}
 
 
 def test_links_in_the_readme_lead_to_files():
