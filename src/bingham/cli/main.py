@@ -22,6 +22,7 @@ __all__ = ["COMMANDS", "app", "main"]
 COMMANDS = [
     "track",
     "fit",
+    "cluster",
     "simulate",
     "reproduce",
 ]

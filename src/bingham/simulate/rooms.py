@@ -66,6 +66,12 @@ def four_rooms(
     rotations = attitude[0].T @ attitude
     positions = (world - world[0]) @ attitude[0]
 
+    # Odometry is drawn first, so that the same seed gives the same odometry for every plane noise.
+    turn_noise = Rotation.from_rotvec(odometry_sigma[0] * generator.standard_normal((poses - 1, 3))).as_matrix()
+    turns = np.swapaxes(rotations[:-1], 1, 2) @ rotations[1:] @ turn_noise
+    steps = np.einsum("tji,tj->ti", rotations[:-1], np.diff(positions, axis=0))
+    steps += odometry_sigma[1] * generator.standard_normal(steps.shape)
+
     axes = np.eye(3)
     x_faces = [make_plane(axes[0], c) for pair in X_WALLS for c in pair]
     y_faces = [make_plane(axes[1], c) for pair in Y_WALLS for c in pair]
@@ -82,10 +88,6 @@ def four_rooms(
         observation(to_body(rotations[t], positions[t], planes[k]), plane_noise, rng=generator)
         for t, k in zip(pose_index, plane_index, strict=True)
     ]
-    turn_noise = Rotation.from_rotvec(odometry_sigma[0] * generator.standard_normal((poses - 1, 3))).as_matrix()
-    turns = np.swapaxes(rotations[:-1], 1, 2) @ rotations[1:] @ turn_noise
-    steps = np.einsum("tji,tj->ti", rotations[:-1], np.diff(positions, axis=0))
-    steps += odometry_sigma[1] * generator.standard_normal(steps.shape)
     measurements = PlanarMeasurements(
         turns, steps, odometry_sigma, np.array(pose_index), np.array(plane_index), np.array(seen)
     )

@@ -14,6 +14,7 @@ STUDIES = {
     "kurz2013": "kurz2013",
     "kurz2014": "kurz2014",
     "li2019": "li2019",
+    "madaan2017-planes": "madaan2017_planes",
 }
 
 

@@ -1,0 +1,69 @@
+import json
+
+import numpy as np
+import pytest
+
+from bingham import Bingham
+
+
+@pytest.fixture
+def two_walls(tmp_path):
+    """Axes about z and about x, 300 and 200, and 40 strays."""
+    rng = np.random.default_rng(3)
+    z = Bingham([-200.0, -100.0, 0.0], np.eye(3)).rvs(300, rng=rng)
+    x = Bingham([-150.0, -150.0, 0.0], np.eye(3)[:, ::-1]).rvs(200, rng=rng)
+    path = tmp_path / "walls.csv"
+    rows = np.concatenate([z, x, Bingham.uniform(3).rvs(40, rng=rng)])
+    np.savetxt(path, rows, delimiter=",", header="x,y,z", comments="", fmt="%.17g")
+    return path
+
+
+def test_finds_the_walls(bingham, two_walls, tmp_path):
+    result = bingham("cluster", two_walls, "--components", "1-4", "--restarts", "3", "--json", "-o", tmp_path / "out")
+    assert result.exit_code == 0, result.output
+    row = json.loads(result.stdout)
+    assert [part["components"] for part in row["tried"]] == [1, 2, 3, 4]
+    assert row["bic"] == min(part["bic"] for part in row["tried"] if part["bic"] is not None)
+    assert len(row["components"]) == 2
+    assert {int(np.argmax(np.abs(part["mode"]))) for part in row["components"]} == {0, 2}
+    assert sum(part["count"] for part in row["components"]) + row["outliers"] == row["samples"] == 540
+    assert row["background"] == pytest.approx(40 / 540, abs=0.03)
+    labels, figure = row["files"]
+    label = np.loadtxt(labels, skiprows=1)
+    assert np.bincount(label.astype(int)).tolist() == [row["outliers"], *(part["count"] for part in row["components"])]
+    with open(figure, "rb") as file:
+        assert file.read(4) == b"\x89PNG"
+
+
+def test_prints_a_table_for_people(bingham, two_walls):
+    result = bingham("cluster", two_walls, "--components", "2", "--restarts", "2")
+    assert result.exit_code == 0
+    assert "outliers" in result.stdout
+    assert "BIC" in result.stdout
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["--components", "0"], "at least 1"),
+        (["--components", "x"], "a number such as 3"),
+        (["--method", "k"], "em or sac"),
+    ],
+)
+def test_mistakes_end_in_one_line(bingham, two_walls, arguments, words):
+    result = bingham("cluster", two_walls, *arguments)
+    assert result.exit_code == 2
+    assert words in result.stderr
+    assert len(result.stderr.strip().splitlines()) == 1
+
+
+@pytest.mark.parametrize(("d", "names"), [(2, "x,y"), (4, "qw,qx,qy,qz"), (5, "a,b,c,d,e")])
+def test_every_dimension(bingham, tmp_path, d, names):
+    path = tmp_path / "axes.csv"
+    x = Bingham([-90.0] * (d - 1) + [0.0], np.eye(d)).rvs(60, rng=4)
+    np.savetxt(path, x, delimiter=",", header=names, comments="", fmt="%.17g")
+    result = bingham(
+        "cluster", path, "--columns", names, "--components", "1", "--restarts", "1", "--json", "-o", tmp_path / "o"
+    )
+    assert result.exit_code == 0, result.output
+    assert len(json.loads(result.stdout)["files"]) == (2 if d <= 4 else 1)
