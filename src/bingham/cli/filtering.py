@@ -22,7 +22,7 @@ WARM_UP_SAMPLES = 3
 
 @dataclass(frozen=True)
 class FilterOptions:
-    """What `bingham track` passes on; noises only concern recordings of orientations.
+    """What `bingham track` passes on; noises and gate only concern recordings of orientations.
 
     Parameters
     ----------
@@ -32,6 +32,8 @@ class FilterOptions:
         Standard deviation of a measured orientation about each axis, rad.
     gate : float
         Share of regular measurements to let through; 1 switches the gate off.
+    plain : bool
+        For inertial recordings: the filter without bias estimation.
 
     Raises
     ------
@@ -42,6 +44,7 @@ class FilterOptions:
     process_noise: float
     measurement_noise: float
     gate: float
+    plain: bool
 
     def __post_init__(self) -> None:
         for option, value in (("--process-noise", self.process_noise), ("--measurement-noise", self.measurement_noise)):
@@ -65,7 +68,18 @@ def prepare(recording: ImuRecording | OrientationRecording, options: FilterOptio
 
     if not isinstance(recording, ImuRecording):
         return _orientations(recording, options)
-    return _plain_inertial(recording)
+    if options.plain or recording.accelerometer is None:
+        return _plain_inertial(recording)
+    return _inertial(recording)
+
+
+def _inertial(recording: ImuRecording) -> Prepared:
+    from bingham.cli.result import of_imu_track
+    from bingham.filters.imu import ImuFilter
+
+    filter_ = ImuFilter()
+    filter_.run(_start(recording))
+    return Prepared("imu", lambda: filter_.run(recording), of_imu_track)
 
 
 def _plain_inertial(recording: ImuRecording) -> Prepared:
@@ -74,7 +88,7 @@ def _plain_inertial(recording: ImuRecording) -> Prepared:
 
     filter_ = InertialFilter()
     filter_.run(_start(recording))
-    return Prepared("inertial", lambda: filter_.run(recording), of_track)
+    return Prepared("inertial, plain", lambda: filter_.run(recording), of_track)
 
 
 def _start(recording: ImuRecording) -> ImuRecording:

@@ -11,11 +11,15 @@ from numpy.typing import NDArray
 
 if TYPE_CHECKING:
     from bingham.distributions.bingham import Bingham
+    from bingham.filters.imu_track import ImuTrack
     from bingham.filters.track import Track
 
-__all__ = ["Result", "of_track"]
+__all__ = ["Result", "of_imu_track", "of_track"]
 
 FloatArray = NDArray[np.float64]
+
+# Codes of magnetometer samples that an inertial filter refused, not merely had no use for.
+REFUSED = (2, 3, 4)
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,5 +76,33 @@ def of_track(track: Track) -> Result:
             "state_z": track.final.z,
             "state_M": track.final.M,
             **plain,
+        },
+    )
+
+
+def of_imu_track(track: ImuTrack) -> Result:
+    """Return the result of the inertial filter with bias; "refused" speaks of the magnetometer."""
+    from bingham.filters.imu_track import MAGNETOMETER_CODES
+
+    refused = np.isin(track.magnetometer_code, REFUSED)
+
+    def covariance(frame: str) -> FloatArray:
+        return track.covariance(frame=frame)  # type: ignore[arg-type]
+
+    return Result(
+        laws=track.laws,
+        log_evidence=track.log_evidence,
+        accepted=~refused,
+        refused=refused,
+        reasons=[MAGNETOMETER_CODES[c] if c in REFUSED else "" for c in track.magnetometer_code.tolist()],
+        covariance=covariance,
+        more={
+            "rotation_covariance": track.rotation_covariance,
+            "bias": track.bias,
+            "bias_std": track.bias_std,
+            "rest": track.rest,
+            "magnetometer_code": track.magnetometer_code,
+            "magnetometer_statistic": track.magnetometer_statistic,
+            "state": track.final.to_json(),
         },
     )

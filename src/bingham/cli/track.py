@@ -79,6 +79,7 @@ def track(
     gate: float = typer.Option(
         0.999, metavar="P", help="Orientations: share of regular measurements to let through; 1 refuses none."
     ),
+    plain: bool = typer.Option(False, "--plain", help="IMU: the simple filter, without gyroscope bias."),
     format: str | None = typer.Option(None, help="csv, tum, euroc, broad, npz or rosbag, instead of recognition."),
     column: list[str] = typer.Option([], metavar="NAME=COLUMN", help="CSV: what the file calls a column."),
     unit: list[str] = typer.Option([], metavar="QUANTITY=UNIT", help="CSV: a unit its columns do not tell."),
@@ -98,7 +99,7 @@ def track(
     settings = Settings(
         format=format,
         reading=options(column, unit, topic),
-        filtering=FilterOptions(process_noise, measurement_noise, gate),
+        filtering=FilterOptions(process_noise, measurement_noise, gate, plain),
         frame=frame,
         tum=tum,
         figure=figure,
