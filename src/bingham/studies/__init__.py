@@ -13,6 +13,7 @@ __all__ = ["STUDIES", "load_study"]
 STUDIES = {
     "kurz2013": "kurz2013",
     "kurz2014": "kurz2014",
+    "glover2013": "glover2013",
     "li2019": "li2019",
     "madaan2017-planes": "madaan2017_planes",
 }
