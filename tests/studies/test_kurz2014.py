@@ -30,8 +30,8 @@ def test_gaussian_noise_keeps_its_moments_in_the_refitted_law():
 
 
 def test_bingham_noise(result):
-    # Means over many runs: 0.248 against 0.326 and 0.0505 against 0.079; standard errors over 30 runs 0.012, 0.02,
-    # 4e-4, 3e-3.
+    # Means over many runs: 0.248 against 0.326 and 0.0505 against 0.079;
+    # standard errors over 30 runs 0.012, 0.02, 4e-4, 3e-3.
     assert result.value("2-D bingham", "bingham", "rmse_rad") == pytest.approx(0.248, abs=0.04)
     assert result.value("2-D bingham", "axial_kalman", "rmse_rad") == pytest.approx(0.326, abs=0.08)
     assert result.value("4-D bingham", "bingham", "rmse_rad") == pytest.approx(0.0505, abs=0.0015)

@@ -149,7 +149,7 @@ def _print_table(result: StudyResult) -> None:
     from rich.table import Table
 
     table = Table(title=f"{result.study}: {result.runs} runs, seed {result.seed}")
-    table.add_column("case", overflow="fold")
+    table.add_column("case", overflow="fold", min_width=20)
     for name in ("filter", "metric"):
         table.add_column(name, no_wrap=True)
     for name in ("value", "± s.e.", "paper"):
@@ -158,4 +158,7 @@ def _print_table(result: StudyResult) -> None:
         stderr = "" if row.stderr is None else f"{row.stderr:.2g}"
         paper = "" if row.paper is None else f"{row.paper:.4g}"
         table.add_row(row.case, row.filter, row.metric, f"{row.value:.4g}", stderr, paper)
-    Console().print(table)
+    console = Console()
+    # Lines that wrap badly in a narrow pipe are worse than long ones.
+    console.width = console.width if console.is_terminal else 130
+    console.print(table)

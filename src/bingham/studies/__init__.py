@@ -14,6 +14,8 @@ STUDIES = {
     "kurz2013": "kurz2013",
     "kurz2014": "kurz2014",
     "glover2013": "glover2013",
+    "glover2013-ball": "glover2013_ball",
+    "madaan2017": "madaan2017",
     "li2019": "li2019",
     "madaan2017-planes": "madaan2017_planes",
 }

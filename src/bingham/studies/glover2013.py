@@ -17,7 +17,18 @@ from bingham.filters.gaussian import GaussianState
 from bingham.filters.quaternion_ekf import QuaternionEkf
 from bingham.metrics import angle_probability, chi_square_probability, coverage, geodesic_error, normalized_error
 from bingham.rotations import compose, conjugate
-from bingham.studies.study import Arrays, Chunk, Row, Study, StudyResult, chunk_ranges, generator, joined, mean_row, wins_row
+from bingham.studies.study import (
+    Arrays,
+    Chunk,
+    Row,
+    Study,
+    StudyResult,
+    chunk_ranges,
+    generator,
+    joined,
+    mean_row,
+    wins_row,
+)
 
 __all__ = ["STUDY", "composition_error", "isotropic_law", "simulate"]
 
@@ -88,7 +99,7 @@ def simulate(start: FloatArray, controls: FloatArray, process: FloatArray, obser
 
 
 def run_cell(process: float, observation: tuple[float, ...], seed: int, cell: int, first: int, last: int) -> Arrays:
-    """Filter projected-Gaussian signals first … last − 1 of one cell of Table 1; mean errors are angles of rotations."""
+    """Filter projected-Gaussian signals first … last − 1 of one cell of Table 1; errors are angles of rotations."""
     laws = isotropic_law((process,) * 3), isotropic_law(observation)
     w, v = (to_gaussian(law).covariance for law in laws)
     count = last - first
@@ -123,7 +134,7 @@ def run_cell(process: float, observation: tuple[float, ...], seed: int, cell: in
 
 
 def _padded(covariance: FloatArray) -> FloatArray:
-    """Return the covariance with its scalar entry raised to the mean of the others: one no longer tied to the identity."""
+    """Return the covariance with its scalar entry raised to the mean of the others, less tied to the identity."""
     c = covariance.copy()
     c[0, 0] = np.trace(c[1:, 1:]) / 3.0
     return c
@@ -165,7 +176,9 @@ def _chunks(runs: int, seed: int, options: Mapping[str, Any]) -> list[Chunk]:
         count = runs // len(TABLE) + (cell < runs % len(TABLE))
         for first, last in chunk_ranges(count, CHUNK):
             arguments = {"process": process, "observation": observation, "seed": seed, "cell": cell}
-            chunks.append(Chunk(f"cell{cell}-{first:07d}-{last:07d}", run_cell, arguments | {"first": first, "last": last}))
+            chunks.append(
+                Chunk(f"cell{cell}-{first:07d}-{last:07d}", run_cell, arguments | {"first": first, "last": last})
+            )
     pairs = [(p, o) for p in COMPOSED for o in COMPOSED]
     for cell, (process, observation) in enumerate(pairs):
         arguments = {"process": process, "observation": observation, "seed": seed, "cell": cell}
@@ -186,12 +199,25 @@ def _summarize(runs: int, seed: int, results: Mapping[str, Arrays]) -> StudyResu
             table.append(mean_row(case, name, "coverage_95", joined(results, prefix, f"coverage/{name}")))
         for name in FILTERS[1:]:
             gain = 100.0 * (1.0 - error["bingham"] / error[name])
-            table.append(mean_row(f"{case}, against {name}", "bingham", "improvement_percent", gain, published if name == "ekf" else None))
+            table.append(
+                mean_row(
+                    f"{case}, against {name}",
+                    "bingham",
+                    "improvement_percent",
+                    gain,
+                    published if name == "ekf" else None,
+                )
+            )
         curves[f"improvement/{cell}"] = 100.0 * (1.0 - error["bingham"] / error["ekf"])
         table.append(mean_row(case, "truth", "step_deg", joined(results, prefix, "step"), PUBLISHED_STEP[process]))
     joint = {name: np.concatenate(values) for name, values in errors.items()}
     for name in FILTERS[1:]:
-        row = wins_row(f"all signals, against {name}", "bingham", joint["bingham"] < joint[name], PUBLISHED_WINS if name == "ekf" else None)
+        row = wins_row(
+            f"all signals, against {name}",
+            "bingham",
+            joint["bingham"] < joint[name],
+            PUBLISHED_WINS if name == "ekf" else None,
+        )
         table.append(row)
     pairs = [(p, o) for p in COMPOSED for o in COMPOSED]
     divergence = np.stack([results[f"composition{cell}"]["kl"] for cell in range(len(pairs))])

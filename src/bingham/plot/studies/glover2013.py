@@ -1,0 +1,75 @@
+"""Figures of the synthetic comparison with quaternion EKFs (Table 1) and of the composition errors."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from bingham.plot.studies.style import COLORS, LABELS, new_figure
+from bingham.studies.study import StudyResult
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+__all__ = ["draw"]
+
+
+def draw(result: StudyResult) -> dict[str, Figure]:
+    """Return the figures ``signals``, ``cells`` and ``composition``."""
+    return {"signals": _signals(result), "cells": _cells(result), "composition": _composition(result)}
+
+
+def _signals(result: StudyResult) -> Figure:
+    figure, axes = new_figure(7.4, 3.8, 1, 2, sharey=True)
+    x = np.degrees(result.curves["error/bingham"])
+    for ax, other in zip(axes, ("ekf", "ekf_fair"), strict=True):
+        y = np.degrees(result.curves[f"error/{other}"])
+        ax.loglog(y, x, ".", ms=4, color=COLORS[other], alpha=0.6)
+        ends = [0.95 * min(x.min(), y.min()), 1.05 * max(x.max(), y.max())]
+        ax.loglog(ends, ends, color="black", lw=0.8)
+        ax.set(
+            xlabel=f"mean error, {LABELS[other]} [°]", title=f"Bingham better in {np.sum(x < y)} of {x.size} signals"
+        )
+        ax.title.set_fontsize(9)
+        for axis in (ax.xaxis, ax.yaxis):
+            axis.set_major_formatter("{x:g}")
+            axis.set_minor_formatter("{x:g}")
+    axes[0].set(ylabel="mean error, Bingham filter [°]")
+    return figure
+
+
+def _cells(result: StudyResult) -> Figure:
+    rows = [r for r in result.table if r.metric == "improvement_percent" and r.case.endswith("against ekf")]
+    figure, ax = new_figure(7.4, 4.0)
+    place = np.arange(len(rows))
+    for against, shift in (("ekf", -0.2), ("ekf_padded", 0.0), ("ekf_fair", 0.2)):
+        cells = [r for r in result.table if r.metric == "improvement_percent" and r.case.endswith(f"against {against}")]
+        value, stderr = [r.value for r in cells], [r.stderr or 0.0 for r in cells]
+        color = COLORS.get(against, "#CC79A7")
+        ax.errorbar(value, place + shift, xerr=stderr, fmt="o", ms=5, color=color, label=LABELS.get(against, against))
+    ax.plot([r.paper for r in rows], place, "k|", ms=14, mew=2, label="published")
+    ax.set(yticks=place, xlabel="mean error below that of the EKF [%]")
+    ax.set_yticklabels([r.case.removesuffix(", against ekf") for r in rows], fontsize=8)
+    ax.invert_yaxis()
+    ax.set_xscale("symlog", linthresh=1.0)
+    ax.xaxis.set_major_formatter("{x:g}")
+    ax.set_xlim(-0.2, 100.0)
+    figure.legend(loc="outside upper center", ncols=4, fontsize=8, frameon=False)
+    return figure
+
+
+def _composition(result: StudyResult) -> Figure:
+    rows = [r for r in result.table if r.metric == "kl" and r.case.startswith("composition, process")]
+    values = result.curves["composition/kl"]
+    figure, ax = new_figure(7.0, 3.6)
+    place = np.arange(len(rows))
+    for y, kl in zip(place, values, strict=True):
+        ax.semilogx(np.maximum(kl, 1e-8), np.full(kl.size, y), ".", ms=3, color=COLORS["bingham"], alpha=0.4)
+    ax.semilogx(values.mean(axis=1), place, "o", color="black", ms=5, label="mean of a signal")
+    ax.axvline(0.0012, color="black", ls="--", lw=0.8, label="published mean and largest")
+    ax.axvline(0.0197, color="black", ls="--", lw=0.8)
+    ax.set(yticks=place, xlabel="KL(matched ‖ true) of the composition [nat]", xlim=(1e-6, 0.05))
+    ax.set_yticklabels([r.case.removeprefix("composition, ") for r in rows], fontsize=8)
+    ax.legend(fontsize=8, frameon=False, loc="upper left")
+    return figure

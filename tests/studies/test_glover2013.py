@@ -1,0 +1,80 @@
+import numpy as np
+import pytest
+
+from bingham import Bingham
+from bingham.studies import load_study
+from bingham.studies.execute import run_study
+from bingham.studies.glover2013 import composition_error, isotropic_law
+from bingham.studies.glover2013_ball import LOGO_NOISES, SPIN_TYPES, run_chunk, simulate_flight
+from bingham.studies.study import generator
+
+
+@pytest.fixture(scope="module")
+def result():
+    with pytest.MonkeyPatch.context() as patch:
+        # Shorter than the published 1000 steps, for speed.
+        patch.setattr("bingham.studies.glover2013.STEPS", 300)
+        patch.setattr("bingham.studies.glover2013.COMPOSED_STEPS", 60)
+        return run_study(load_study("glover2013"), runs=9, seed=2)
+
+
+def test_the_bingham_filter_is_ahead_of_the_published_ekf(result):
+    assert result.value("all signals, against ekf", "bingham", "wins") == 9
+    # One short signal a cell: bounds well below the means of 30 long ones.
+    for observation, least in (("-400/-400/-10", 15.0), ("-400", 4.0), ("-50", 1.0)):
+        for process in (-50, -200, -400):
+            case = f"process {process}, observation {observation}"
+            assert result.value(f"{case}, against ekf", "bingham", "improvement_percent") > least
+            # The fair filter is not beaten by much, nor does it win by more than its scatter.
+            assert -1.0 < result.value(f"{case}, against ekf_fair", "bingham", "improvement_percent") < 8.0
+            assert result.value(case, "bingham", "coverage_95") > 0.8 > result.value(case, "ekf", "coverage_95")
+
+
+def test_the_motion_is_as_fast_as_the_papers(result):
+    for process, degrees in ((-50, 18.0), (-200, 9.0), (-400, 7.0)):
+        assert result.value(f"process {process}, observation -50", "truth", "step_deg") == pytest.approx(
+            degrees, rel=0.07
+        )
+
+
+def test_composition_errors_are_of_the_published_size(result):
+    mean = result.value("composition, mean of all", "bingham", "kl")
+    largest = result.value("composition, largest", "bingham", "kl")
+    assert 0.0012 / 3.0 < mean < 0.0012 * 1.5
+    assert 0.0197 / 4.0 < largest < 0.0197 * 1.5
+
+
+def test_composition_error_equals_a_plain_quadrature():
+    # About one axis everything lies on a circle: laws concentrated in two directions, free in the third.
+    p, q = isotropic_law((-10.0, -10.0, -1.0)), isotropic_law((-10.0, -10.0, -1.0))
+    matched = p.compose(q)
+    x = Bingham.uniform(4).rvs(200_000, rng=3)
+    log_b = matched.logpdf(x)
+    integrand = 2.0 * np.pi**2 * np.exp(log_b) * (log_b - p.composed_logpdf(q, x))
+    plain, stderr = integrand.mean(), integrand.std() / np.sqrt(len(x))
+    found = composition_error(p, q, 20_000, np.random.default_rng(4))
+    assert found == pytest.approx(plain, abs=4.0 * stderr)
+    assert composition_error(Bingham.uniform(4), q, 100, np.random.default_rng(0)) == pytest.approx(0.0, abs=1e-10)
+
+
+def test_flights_are_as_described():
+    for kind in range(12):
+        flight, _ = simulate_flight(kind, LOGO_NOISES[0], generator(0, kind))
+        seen = ~np.isnan(flight["seen"]).any(axis=(1, 2))
+        assert seen.sum() >= 12
+        turn = np.degrees(2.0 * np.arccos(np.abs(SPIN_TYPES[kind, 0])))
+        assert turn == pytest.approx((45.0, 67.5, 90.0)[kind % 3])
+        assert abs(flight["spin"] @ SPIN_TYPES[kind]) > np.cos(0.5 * 0.35)
+
+
+def test_spins_are_found_and_classified():
+    found = run_chunk(0, 3, 0, 12)
+    assert found["correct/bingham_second_order"][:, 29].sum() >= 10
+    assert np.median(found["spin_error/bingham_second_order"][:, 29]) < 0.17
+    assert np.median(found["spin_error/random_guess"][:, 29]) > 0.5
+    early = slice(1, 8)
+    second, first = (
+        found[f"spin_error/{name}"][:, early].mean() for name in ("bingham_second_order", "bingham_first_order")
+    )
+    assert second < first
+    assert second < found["spin_error/ekf_second_order"][:, early].mean()
