@@ -2,8 +2,8 @@
 
 The report's data are not published; a rendered room and a simulated loop through four rooms take their place. Its two
 findings are run again beside what mends them: axial laws merge opposite walls, and lifting normals to pure quaternions
-changes nothing; signs put back after the fit part them. Sample consensus misses directions that
-expectation-maximisation finds.
+changes nothing; signs put back after the fit part them. Whether the floor is found, which the report misses, is noted
+for expectation-maximisation and for sample consensus.
 """
 
 from __future__ import annotations
