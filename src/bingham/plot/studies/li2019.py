@@ -114,10 +114,12 @@ def _errors(result: StudyResult) -> Figure:
 
 
 def _decimal_ticks(axis: Any) -> None:
-    """Label a logarithmic error axis with plain numbers, few enough to read."""
-    ticks = np.array([0.02, 0.03, 0.05, 0.1, 0.2, 0.3, 0.5, 0.7, 1.0])
+    """Label a logarithmic axis with plain numbers, few enough to read."""
+    ticks = np.outer(10.0 ** np.arange(-2, 3), [1.0, 2.0, 3.0, 4.0, 5.0, 7.0]).ravel()
     low, high = axis.get_view_interval()
     kept = ticks[(ticks >= low) & (ticks <= high)]
+    if len(kept) > 6:
+        kept = np.array([tick for tick in kept if f"{tick:.0e}"[0] in "125"])
     axis.set_ticks(kept, [f"{tick:g}" for tick in kept])
     axis.set_ticks([], minor=True)
 
@@ -133,6 +135,7 @@ def _time(result: StudyResult) -> Figure:
             style = {"fmt": marks[name], "ms": 6, "color": COLOURS[name.split("_")[0]], "capsize": 2, "lw": 0.8}
             ax.errorbar(x, y.mean(), spread, label=LABELS[name], **style)
         ax.set(xscale="log", yscale="log", xlabel="time per step [ms]", title=f"a = {LEVELS[level]}")
+        _decimal_ticks(ax.xaxis)
         _decimal_ticks(ax.yaxis)
     axes[0].set(ylabel="mean RMSE of the rotated vector [rad]")
     handles, labels = axes[1].get_legend_handles_labels()
