@@ -33,8 +33,8 @@ _PUBLIC = {
     "NoisyIdentity": "models.motion",
     "OrientationRecording": "recording",
     "OrientationSensor": "models.sensors",
-    "RandomSampling": "sampling.random",
     "PlaneDirections": "surfaces.segmentation",
+    "RandomSampling": "sampling.random",
     "RecordingError": "errors",
     "RiemannianSampling": "sampling.riemannian",
     "SampledFilter": "filters.sampled",
@@ -49,10 +49,16 @@ _PUBLIC = {
     "moments": "distributions.normalizer",
 }
 
+# Subpackages and modules that need no import of their own: ``bingham.sampling.Unscented()``.
+_MODULES = frozenset({"distributions", "errors", "filters", "io", "metrics", "models", "plot", "recording", "rotations",
+                      "sampling", "simulate", "studies", "surfaces"})  # fmt: skip
+
 __all__ = sorted([*_PUBLIC, "__version__"])  # pyright: ignore[reportUnsupportedDunderAll]
 
 
 def __getattr__(name: str) -> Any:
+    if name in _MODULES:
+        return import_module(f"bingham.{name}")
     if name not in _PUBLIC:
         raise AttributeError(f"module 'bingham' has no attribute {name!r}")
     value = getattr(import_module(f"bingham.{_PUBLIC[name]}"), name)
@@ -61,4 +67,4 @@ def __getattr__(name: str) -> Any:
 
 
 def __dir__() -> list[str]:
-    return __all__
+    return sorted([*__all__, *_MODULES])
