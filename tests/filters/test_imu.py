@@ -37,7 +37,7 @@ def heading_error(q, reference):
 
 def test_follows_a_simulated_motion():
     r = tumbling(gyroscope_bias=[0.004, -0.003, 0.002])
-    f = ImuFilter(gyroscope_delay=0.5)  # simulated rates are means over the interval before
+    f = ImuFilter(gyroscope_delay=0.0)  # simulated rates are means over the interval before
     online, smoothed = f.run(r), f.smooth(r)
     late = slice(1000, None)
     for track, bound in ((online, 1.0), (smoothed, 0.5)):
@@ -61,8 +61,8 @@ def test_a_slow_turn_after_rest_is_not_taken_for_a_bias():
     gyroscope = np.concatenate([rest.gyroscope, slow])
     m = len(gyroscope)
     r = ImuRecording("turn", np.arange(m) / 100, gyroscope, np.tile(GRAVITY, (m, 1)))
-    turned = heading_error(ImuFilter(gyroscope_delay=0.5).run(r).modes[[-1]], np.array([[1.0, 0, 0, 0]]))
-    started = heading_error(ImuFilter(gyroscope_delay=0.5).run(r).modes[[1999]], np.array([[1.0, 0, 0, 0]]))
+    turned = heading_error(ImuFilter(gyroscope_delay=0.0).run(r).modes[[-1]], np.array([[1.0, 0, 0, 0]]))
+    started = heading_error(ImuFilter(gyroscope_delay=0.0).run(r).modes[[1999]], np.array([[1.0, 0, 0, 0]]))
     assert abs(np.rad2deg(turned - started)[0] % 360.0 - 12.0) < 0.5
 
 
@@ -186,7 +186,7 @@ def test_disturbed_field_is_refused_with_a_reason_and_a_lasting_one_accepted():
     disturbed = slice(3000, r.size)
     field[disturbed] += rotate(conjugate(q[disturbed]), np.array([30.0, -35.0, 25.0]))
     recording = ImuRecording("magnet", r.time, r.gyroscope, r.accelerometer, field)
-    track = ImuFilter(gyroscope_delay=0.5).run(recording)
+    track = ImuFilter(gyroscope_delay=0.0).run(recording)
     soon = track.magnetometer_code[3010:4000]
     assert np.isin(soon, (2, 3)).all()
     assert (track.magnetometer_statistic[3010:4000] > 5).all()
@@ -231,7 +231,7 @@ def heading_coverage(stated_noise, runs):
     bias_std = math.radians(0.01)
     f = ImuFilter(
         gyroscope_noise=stated_noise, gyroscope_scale_error=0.0, gyroscope_bias=bias_std * stated_noise / 3e-3,
-        gyroscope_bias_walk=2e-6, gyroscope_delay=0.5,
+        gyroscope_bias_walk=2e-6, gyroscope_delay=0.0,
     )  # fmt: skip
     prior = Bingham.from_covariance([1.0, 0, 0, 0], 1e-6 * np.eye(3), frame="world")
     inside = []

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -34,6 +35,8 @@ class FilterOptions:
         Share of regular measurements to let through; 1 switches the gate off.
     plain : bool
         For inertial recordings: the filter without bias estimation.
+    smooth : bool
+        Estimate every orientation from the whole recording.
 
     Raises
     ------
@@ -45,6 +48,7 @@ class FilterOptions:
     measurement_noise: float
     gate: float
     plain: bool
+    smooth: bool
 
     def __post_init__(self) -> None:
         for option, value in (("--process-noise", self.process_noise), ("--measurement-noise", self.measurement_noise)):
@@ -69,17 +73,20 @@ def prepare(recording: ImuRecording | OrientationRecording, options: FilterOptio
     if not isinstance(recording, ImuRecording):
         return _orientations(recording, options)
     if options.plain or recording.accelerometer is None:
+        if options.smooth:
+            raise InvalidArgumentError("--smooth", "a recording with accelerometer, without --plain", recording.name)
         return _plain_inertial(recording)
-    return _inertial(recording)
+    return _inertial(recording, options.smooth)
 
 
-def _inertial(recording: ImuRecording) -> Prepared:
+def _inertial(recording: ImuRecording, smooth: bool) -> Prepared:
     from bingham.cli.result import of_imu_track
     from bingham.filters.imu import ImuFilter
 
     filter_ = ImuFilter()
-    filter_.run(_start(recording))
-    return Prepared("imu", lambda: filter_.run(recording), of_imu_track)
+    run = filter_.smooth if smooth else filter_.run
+    run(_start(recording))
+    return Prepared("imu, smoothed" if smooth else "imu", lambda: run(recording), of_imu_track)
 
 
 def _plain_inertial(recording: ImuRecording) -> Prepared:
@@ -105,6 +112,7 @@ def _orientations(recording: OrientationRecording, options: FilterOptions) -> Pr
     from bingham.distributions.bingham import Bingham
     from bingham.filters.first_order import BinghamFilter
     from bingham.filters.gate import Gate
+    from bingham.filters.smoother import smooth_fixed_interval
     from bingham.models.motion import Diffusion
     from bingham.models.sensors import OrientationSensor
 
@@ -116,10 +124,11 @@ def _orientations(recording: OrientationRecording, options: FilterOptions) -> Pr
     prior = Bingham.uniform(recording.dim)
 
     def run(count: int | None = None) -> Any:
-        return filter_.run(prior, recording.orientation[:count], times=recording.time[:count])
+        filter_or_smooth = partial(smooth_fixed_interval, filter_) if options.smooth else filter_.run
+        return filter_or_smooth(prior, recording.orientation[:count], times=recording.time[:count])
 
     run(WARM_UP_SAMPLES)
-    return Prepared("first-order", run, of_track)
+    return Prepared("first-order, smoothed" if options.smooth else "first-order", run, of_track)
 
 
 def orientation_noise(deviation_rad: float, dim: int) -> Bingham:

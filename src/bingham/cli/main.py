@@ -23,6 +23,7 @@ COMMANDS = [
     "track",
     "fit",
     "cluster",
+    "tune",
     "simulate",
     "reproduce",
 ]

@@ -25,6 +25,10 @@ Examples:
 
     bingham track walk.mat -o tracks
 
+    bingham track walk.mat --smooth -o smoothed
+
+    sensor | bingham track - --state imu.state | viewer
+
     bingham track flight.bag --json -o tracks | jq .error_deg
 
     bingham track phone.csv --column gx="Gyro X" --unit gyroscope=deg_s -o tracks
@@ -60,11 +64,12 @@ def track(
     recordings: list[Path] = typer.Argument(
         ...,
         metavar="RECORDING...",
-        help="CSV with named columns, TUM, EuRoC, BROAD .mat/.hdf5, npz, ROS 1 or 2 bag; recognised by content.",
+        help="CSV with named columns, TUM, EuRoC, BROAD .mat/.hdf5, npz, ROS 1 or 2 bag; recognised by content. "
+        "- alone follows standard input.",
         show_default=False,
     ),
-    output: Path = typer.Option(
-        ..., "--output", "-o", metavar="FOLDER", help="Where tracks and figures go.", show_default=False
+    output: Path | None = typer.Option(
+        None, "--output", "-o", metavar="FOLDER", help="Where tracks and figures go.", show_default=False
     ),
     as_json: bool = typer.Option(False, "--json", help="Print JSON on standard output: an object, or a list."),
     frame: Frame = typer.Option(Frame.body, help="Axes of the covariances, named in the files."),
@@ -79,6 +84,10 @@ def track(
     gate: float = typer.Option(
         0.999, metavar="P", help="Orientations: share of regular measurements to let through; 1 refuses none."
     ),
+    smooth: bool = typer.Option(False, "--smooth", help="Estimate every orientation from the whole recording."),
+    state: Path | None = typer.Option(
+        None, metavar="FILE", help="With -: go on from this state if it is there, and keep it up to date."
+    ),
     plain: bool = typer.Option(False, "--plain", help="IMU: the simple filter, without gyroscope bias."),
     format: str | None = typer.Option(None, help="csv, tum, euroc, broad, npz or rosbag, instead of recognition."),
     column: list[str] = typer.Option([], metavar="NAME=COLUMN", help="CSV: what the file calls a column."),
@@ -90,16 +99,30 @@ def track(
     Writes, for every recording, NAME.track.csv (time, quaternion, covariance, concentrations, log-evidence, decisions
     of the gate), NAME.track.npz (the full state) and NAME.png into the folder: all of them, or none if anything fails.
     Tracks are compared with ground truth where a recording has it. µs/sample is processor time of the filter alone.
+
+    With - in place of recordings, lines "gyr|acc|mag TIME X Y Z" (rad/s, m/s²) are read from standard input and each is
+    answered by a line of JSON; lines that make no sense are reported, skipped and counted.
     """
     from bingham.cli.filtering import FilterOptions
     from bingham.cli.reading import name_of, options
     from bingham.cli.report import print_table
     from bingham.cli.staging import staged
 
+    if str(recordings[0]) == "-":
+        from bingham.cli.stream import track_stream
+
+        if len(recordings) > 1 or smooth or plain:
+            raise InvalidArgumentError("RECORDING", "- alone, without --smooth or --plain", "more than that")
+        track_stream(state)
+        return
+    if output is None:
+        raise InvalidArgumentError("--output", "a folder for the tracks", "none", "add -o FOLDER")
+    if state is not None:
+        raise InvalidArgumentError("--state", "standard input to follow", f"{recordings[0]}", "use it with -")
     settings = Settings(
         format=format,
         reading=options(column, unit, topic),
-        filtering=FilterOptions(process_noise, measurement_noise, gate, plain),
+        filtering=FilterOptions(process_noise, measurement_noise, gate, plain, smooth),
         frame=frame,
         tum=tum,
         figure=figure,

@@ -82,7 +82,8 @@ class ImuFilter:
     update_interval : float
         Seconds between updates; every sample moves the orientation.
     gyroscope_delay : float
-        Delay of a gyroscope's digital low-pass filter, in intervals between samples.
+        Seconds by which samples, taken as means over the interval before them, lag behind the motion: the sensor's
+        low-pass filter. 0 for simulated sensors.
 
     Examples
     --------
@@ -121,7 +122,7 @@ class ImuFilter:
     gravity: float = 9.81
     declination: float = 0.0
     update_interval: float = 0.02
-    gyroscope_delay: float = 1.0
+    gyroscope_delay: float = 0.002
 
     def __post_init__(self) -> None:
         for field in fields(self):

@@ -16,7 +16,7 @@ __all__ = ["run"]
 @compiled()
 def run(s, p, par, time, last, gyroscope, accelerometer, magnetometer, modes, covariances, bias, bias_std, rest,
         evidence, code, statistic, indices, filtered, transitions, corrections):  # fmt: skip
-    """Filter samples of one recording; s (83,) and p (12, 12) hold the state before and after.
+    """Filter samples of one recording; s (82,) and p (12, 12) hold the state before and after.
 
     time (N,), gyroscope, accelerometer, magnetometer (N, 3), the latter two NaN where there is no sample, or (0, 3);
     last (3,): times of the samples before of each sensor, NaN before the first. Per sample: modes (N, 4), covariances

@@ -35,10 +35,6 @@ def rotate(s, p, par, dt, x, y, z, rotation):
         for i in range(3):
             s[at.SLOW_RATE + i] = s[at.RATE + i]
         return
-    if s[at.INTERVAL] == 0.0:
-        s[at.INTERVAL] = dt
-    elif dt < GAP:
-        s[at.INTERVAL] += 0.05 * (dt - s[at.INTERVAL])
     gain = max(1.0 - math.exp(-dt / REST_SMOOTHING), min(1.0, dt / s[at.AGE]))
     deviation = 0.0
     for i in range(3):
@@ -143,8 +139,7 @@ def magnetize(s, x, y, z):
 @compiled()
 def output(s, par, q):
     """Write the orientation q (4,) of this moment: the gyroscope's samples lag behind the motion."""
-    # A rate that stands for the interval before it, taken to its end, is half an interval ahead already.
-    lead = (par[at.P_DELAY] - 0.5) * s[at.INTERVAL]
+    lead = par[at.P_DELAY]
     a, b, c, d = from_rotation_vector(
         (s[at.RATE] - s[at.BIAS]) * lead,
         (s[at.RATE + 1] - s[at.BIAS + 1]) * lead,

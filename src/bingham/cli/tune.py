@@ -1,0 +1,97 @@
+"""``bingham tune``: noise densities of a sensor from a recording, without ground truth."""
+
+from __future__ import annotations
+
+import json
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import typer
+
+from bingham.errors import InvalidArgumentError
+
+if TYPE_CHECKING:
+    from bingham.filters.tune import Tuning
+
+__all__ = ["register"]
+
+EXAMPLES = """
+Examples:
+
+    bingham tune desk.csv
+
+    bingham tune desk.csv --json | jq .gyroscope
+
+    bingham tune desk.csv -o noise
+"""
+
+UNITS = {"gyroscope": "rad/s/√Hz", "accelerometer": "m/s²/√Hz", "magnetometer": "per sample, the file's unit"}
+
+
+def register(app: typer.Typer) -> None:
+    """Add the command to the application."""
+    app.command(epilog=EXAMPLES)(tune)
+
+
+def tune(
+    recording: Path = typer.Argument(
+        ..., metavar="RECORDING", help="An inertial recording, as for track, resting at first.", show_default=False
+    ),
+    output: Path | None = typer.Option(
+        None, "--output", "-o", metavar="FOLDER", help="Draw the profiles of the log-evidence into it."
+    ),
+    as_json: bool = typer.Option(False, "--json", help="Print one JSON object on standard output."),
+    format: str | None = typer.Option(None, help="csv, euroc, broad, npz or rosbag, instead of recognition."),
+    column: list[str] = typer.Option([], metavar="NAME=COLUMN", help="CSV: what the file calls a column."),
+    unit: list[str] = typer.Option([], metavar="QUANTITY=UNIT", help="CSV: a unit its columns do not tell."),
+    topic: list[str] = typer.Option([], metavar="imu|magnetometer=TOPIC", help="Bags: which topic to read."),
+) -> None:
+    """Find the noise of gyroscope, accelerometer and magnetometer that makes a recording most probable.
+
+    Gravity and field are taken to be constant, noise to be white: motion's accelerations and disturbed fields count as
+    noise. Ground truth is not needed and not used.
+    """
+    from bingham.cli.reading import options, read
+    from bingham.cli.staging import staged
+    from bingham.filters.tune import tune as search
+    from bingham.recording import ImuRecording
+
+    loaded = read(recording, format, options(column, unit, topic))
+    if not isinstance(loaded, ImuRecording):
+        raise InvalidArgumentError("RECORDING", "an inertial recording", f"orientations in {recording}")
+    show = sys.stderr.isatty()
+
+    def progress(count: int, best: float) -> None:
+        if show:
+            sys.stderr.write(f"\r{count} evaluations, log-evidence {best:.1f} ")
+
+    tuning = search(loaded, progress=progress)
+    if show:
+        sys.stderr.write("\n")
+    row = describe(loaded.name, tuning)
+    if output is not None:
+        from bingham.plot.tuning import plot_profiles
+
+        profiles = {name: tuning.profile(name) for name in tuning.relative_error}
+        with staged(output) as folder:
+            name = f"{loaded.name}.tune.png"
+            plot_profiles(profiles, units=UNITS, title=loaded.name).savefig(folder / name, dpi=150)
+        row["files"] = [str(output / name)]
+    if as_json:
+        typer.echo(json.dumps(row, indent=2, ensure_ascii=False))
+        return
+    for name, error in tuning.relative_error.items():
+        typer.echo(f"{name:14} {getattr(tuning.noise, name):.4g} {UNITS[name]}  ± {100 * error:.1f} %")
+    typer.echo(f"log-evidence {tuning.log_evidence:.1f} after {tuning.evaluations} evaluations")
+    for file in row.get("files", []):
+        typer.echo(f"Figure: {file}")
+
+
+def describe(name: str, tuning: Tuning) -> dict[str, Any]:
+    """Return what there is to say; an error that the recording leaves open is None."""
+    row: dict[str, Any] = {"recording": name}
+    for sensor, error in tuning.relative_error.items():
+        row[sensor] = getattr(tuning.noise, sensor)
+        row[f"{sensor}_relative_error"] = error if error == error else None
+    return row | {"log_evidence": tuning.log_evidence, "evaluations": tuning.evaluations}
