@@ -38,6 +38,7 @@ _PUBLIC = {
     "RecordingError": "errors",
     "RiemannianSampling": "sampling.riemannian",
     "SampledFilter": "filters.sampled",
+    "SensorNoise": "filters.tune",
     "Track": "filters.track",
     "Unscented": "sampling.unscented",
     "UpdateInfo": "filters.protocol",
@@ -47,6 +48,9 @@ _PUBLIC = {
     "fit_directions": "surfaces.segmentation",
     "log_normalizer": "distributions.normalizer",
     "moments": "distributions.normalizer",
+    "smooth_fixed_interval": "filters.smoother",
+    "smooth_fixed_lag": "filters.smoother",
+    "tune": "filters.tune",
 }
 
 # Subpackages and modules that need no import of their own: ``bingham.sampling.Unscented()``.
