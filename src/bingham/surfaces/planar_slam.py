@@ -73,7 +73,11 @@ def dead_reckoning(turns: FloatArray, steps: FloatArray) -> tuple[FloatArray, Fl
 
 
 def solve_planar_slam(
-    measurements: PlanarMeasurements, noise: Bingham, model: Literal["bingham", "gaussian"] = "bingham"
+    measurements: PlanarMeasurements,
+    noise: Bingham,
+    model: Literal["bingham", "gaussian"] = "bingham",
+    *,
+    start: PlanarSolution | None = None,
 ) -> PlanarSolution:
     """Return the maximum-likelihood poses and planes, the first pose at the identity.
 
@@ -85,6 +89,8 @@ def solve_planar_slam(
         Law of the plane measurements, quaternions with mode at the identity.
     model : {"bingham", "gaussian"}
         The Bingham likelihood, or the tangent-space Gaussian of the same covariance.
+    start : PlanarSolution, optional
+        Where to start; from dead reckoning and the first sight of each plane otherwise.
 
     Raises
     ------
@@ -99,7 +105,11 @@ def solve_planar_slam(
         raise MissingExtraError("gtsam", "slam", "planar SLAM") from error
     gtsam = cast(Any, _gtsam)
     residual = BinghamResidual if model == "bingham" else GaussianResidual
-    rotations, positions = dead_reckoning(measurements.turns, measurements.steps)
+    if start is None:
+        rotations, positions = dead_reckoning(measurements.turns, measurements.steps)
+    else:
+        rotations, positions = start.rotations, start.positions
+    names = np.unique(measurements.plane_index)
     graph, values = gtsam.NonlinearFactorGraph(), gtsam.Values()
     x, l = gtsam.symbol_shorthand.X, gtsam.symbol_shorthand.L
     for t, (rotation, position) in enumerate(zip(rotations, positions, strict=True)):
@@ -111,23 +121,25 @@ def solve_planar_slam(
         graph.add(gtsam.BetweenFactorPose3(x(t), x(t + 1), gtsam.Pose3(gtsam.Rot3(turn), step), odometry))
     for t, k, z in zip(measurements.pose_index, measurements.plane_index, measurements.seen, strict=True):
         if not values.exists(l(int(k))):
-            values.insert(l(int(k)), gtsam.Rot3(*as_group(to_world(rotations[t], positions[t], z))))
+            seen = to_world(rotations[t], positions[t], z)
+            first = seen if start is None else start.planes[np.searchsorted(names, k)]
+            values.insert(l(int(k)), gtsam.Rot3(*as_group(first)))
         graph.add(plane_factor(x(int(t)), l(int(k)), residual(z, noise)))
     parameters = gtsam.LevenbergMarquardtParams()
     parameters.setMaxIterations(MAX_ITERATIONS)
     optimizer = gtsam.LevenbergMarquardtOptimizer(graph, values, parameters)
-    start = float(graph.error(values))
+    cost_start = float(graph.error(values))
     result = optimizer.optimize()
     cost = float(graph.error(result))
     poses = [result.atPose3(x(t)) for t in range(len(rotations))]
-    quaternions = [result.atRot3(l(int(k))).toQuaternion() for k in np.unique(measurements.plane_index)]
+    quaternions = [result.atRot3(l(int(k))).toQuaternion() for k in names]
     iterations = int(optimizer.iterations())
     return PlanarSolution(
         np.array([pose.rotation().matrix() for pose in poses]),
         np.array([np.asarray(pose.translation()) for pose in poses]),
         from_group(np.array([[q.w(), q.x(), q.y(), q.z()] for q in quaternions])),
         iterations,
-        start,
+        cost_start,
         cost,
-        bool(np.isfinite(cost) and cost <= start and iterations < MAX_ITERATIONS),
+        bool(np.isfinite(cost) and cost <= cost_start and iterations < MAX_ITERATIONS),
     )
