@@ -330,3 +330,14 @@ def test_bad_arguments_are_refused():
         SampledFilter(noise_side="both")
     with pytest.raises(InvalidArgumentError, match="dimension 4"):
         SampledFilter(process_noise=PRIOR).predict(Bingham.uniform(2))
+
+
+def test_collapsed_samples_end_the_progression_and_are_reported():
+    # Seven points that miss a narrow ridge lose whole axes; creeping on from there would take for ever.
+    collapsed = Bingham([-5e8, -5e8, -3.5, 0.0], frame(4, 9))
+    precision = 1e4 / np.array([1.0, 10.0, 10.0])
+    f = SampledFilter(log_likelihood=vector_log_likelihood(precision), sampler=Unscented(), progressive=True)
+    z = -rotate(collapsed.mode, REFERENCE)
+    state, info = f.update(collapsed, z)
+    assert sum(info.fractions) == pytest.approx(1.0, abs=1e-9) and len(info.fractions) <= 500
+    assert info.floored and np.isfinite(state.z).all() and np.isfinite(info.log_evidence)

@@ -26,7 +26,8 @@ FloatArray = NDArray[np.float64]
 Motion = Callable[[FloatArray, Any, Any], ArrayLike]
 LogLikelihood = Callable[[Any, FloatArray], ArrayLike]
 
-# More fractions than any likelihood needs: each raises the information by a factor.
+# More fractions than a law with its full dimension needs: each raises the information by a factor. Samples that have
+# collapsed onto a smaller sphere (see `floored`) may need ever more; the last fraction takes what remains.
 MAX_FRACTIONS = 500
 
 
@@ -65,7 +66,7 @@ class SampledFilter:
         What represents a law by points.
     progressive : bool
         Fuse the likelihood by powers f(z|x)^γ, Σγ = 1, each as large as `least_share` allows, with new samples for
-        each.
+        each; at most 500, of which the last takes what remains.
     noise_side : {"right", "left"}
         "right": a(x) ⊕ w (body frame); "left": w ⊕ a(x).
     least_share : float
@@ -197,7 +198,9 @@ class SampledFilter:
         while remaining > 0.0:
             points, weights = self.sampler.sample(state)
             values = checked_log_likelihood(function, z, points, weights, step)
-            power = fraction(weights, values, self.least_share, remaining) if self.progressive else 1.0
+            power = remaining
+            if self.progressive and len(fractions) < MAX_FRACTIONS - 1:
+                power = fraction(weights, values, self.least_share, remaining)
             top = float(values.max())
             ratio = weights * np.exp(power * (values - top))
             total = float(ratio.sum())
@@ -207,9 +210,6 @@ class SampledFilter:
             floored |= low
             fractions.append(power)
             remaining = 0.0 if power == remaining else remaining - power
-            if len(fractions) > MAX_FRACTIONS:
-                raise ConvergenceError(f"log_likelihood in {step}: not fused in {MAX_FRACTIONS} fractions", state,
-                                       "lower least_share or use more samples")  # fmt: skip
         return state, SampledUpdateInfo(evidence, size, tuple(fractions), floored)
 
     def _refit(self, moment: FloatArray, frame: FloatArray, step: str) -> tuple[Bingham, bool]:
