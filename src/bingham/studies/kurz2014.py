@@ -42,7 +42,9 @@ __all__ = ["SCENARIOS", "STUDY", "Scenario"]
 
 FloatArray = NDArray[np.float64]
 STEPS = 100
-CHUNK = 25
+CHUNK = 50
+# Coverage is counted on every THIN-th step.
+THIN = 5
 
 
 @dataclass(frozen=True)
@@ -136,11 +138,12 @@ def run_chunk(scenario: int, kind: str, seed: int, first: int, last: int) -> Arr
     start = GaussianState(np.tile(mean, (last - first, 1)), np.tile(covariance, (last - first, 1, 1)))
     kalman = AxialKalmanFilter(process, measurement).run(start, measured)
     error = {"bingham": geodesic_error(track.modes, truth), "axial_kalman": geodesic_error(kalman.modes, truth)}
+    kept = slice(None, None, THIN)
+    laws = Bingham.from_spectrum(track.concentrations[:, kept].copy(), track.frames[:, kept].copy())
+    statistic = normalized_error(kalman.modes[:, kept], kalman.states.covariance[:, kept], truth[:, kept])
     inside = {
-        "bingham": angle_probability(track.laws, truth),
-        "axial_kalman": chi_square_probability(
-            normalized_error(kalman.modes, kalman.states.covariance, truth), s.dim - 1
-        ),
+        "bingham": angle_probability(laws, truth[:, kept]),
+        "axial_kalman": chi_square_probability(statistic, s.dim - 1),
     }
     out: Arrays = {}
     for name in error:
@@ -197,7 +200,8 @@ def _summarize(runs: int, seed: int, results: Mapping[str, Arrays]) -> StudyResu
 STUDY = Study(
     name="kurz2014",
     title="Kurz et al. 2014: axes and rotations, Bingham and Gaussian noise, against the axial Kalman filter",
-    default_runs=100,
+    # Ten times the paper's 100: shares of runs won are known to ±3 % from 100 runs only.
+    default_runs=1000,
     chunks=_chunks,
     summarize=_summarize,
 )
