@@ -6,7 +6,48 @@ The public names below are loaded when first used, so that ``import bingham`` st
 from __future__ import annotations
 
 from importlib import import_module
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:  # what the table below loads, for editors and type checkers
+    from bingham.distributions.bingham import Bingham as Bingham
+    from bingham.distributions.mixture import BinghamMixture as BinghamMixture
+    from bingham.distributions.normalizer import concentrations as concentrations
+    from bingham.distributions.normalizer import log_normalizer as log_normalizer
+    from bingham.distributions.normalizer import moments as moments
+    from bingham.errors import BinghamError as BinghamError
+    from bingham.errors import ConvergenceError as ConvergenceError
+    from bingham.errors import InvalidArgumentError as InvalidArgumentError
+    from bingham.errors import RecordingError as RecordingError
+    from bingham.filters.first_order import BinghamFilter as BinghamFilter
+    from bingham.filters.gate import Gate as Gate
+    from bingham.filters.imu import ImuFilter as ImuFilter
+    from bingham.filters.imu_events import ImuStream as ImuStream
+    from bingham.filters.imu_state import ImuState as ImuState
+    from bingham.filters.imu_track import ImuTrack as ImuTrack
+    from bingham.filters.inertial import InertialFilter as InertialFilter
+    from bingham.filters.mixture_filter import MixtureFilter as MixtureFilter
+    from bingham.filters.mixture_filter import ambiguous_noise as ambiguous_noise
+    from bingham.filters.protocol import UpdateInfo as UpdateInfo
+    from bingham.filters.sampled import SampledFilter as SampledFilter
+    from bingham.filters.smoother import smooth_fixed_interval as smooth_fixed_interval
+    from bingham.filters.smoother import smooth_fixed_lag as smooth_fixed_lag
+    from bingham.filters.track import Track as Track
+    from bingham.filters.tune import SensorNoise as SensorNoise
+    from bingham.filters.tune import tune as tune
+    from bingham.models.motion import Diffusion as Diffusion
+    from bingham.models.motion import Gyroscope as Gyroscope
+    from bingham.models.motion import KnownRotation as KnownRotation
+    from bingham.models.motion import NoisyIdentity as NoisyIdentity
+    from bingham.models.sensors import HeadingSensor as HeadingSensor
+    from bingham.models.sensors import OrientationSensor as OrientationSensor
+    from bingham.models.sensors import VectorSensor as VectorSensor
+    from bingham.recording import ImuRecording as ImuRecording
+    from bingham.recording import OrientationRecording as OrientationRecording
+    from bingham.sampling.random import RandomSampling as RandomSampling
+    from bingham.sampling.riemannian import RiemannianSampling as RiemannianSampling
+    from bingham.sampling.unscented import Unscented as Unscented
+    from bingham.surfaces.segmentation import PlaneDirections as PlaneDirections
+    from bingham.surfaces.segmentation import fit_directions as fit_directions
 
 __version__ = "0.1.0"
 

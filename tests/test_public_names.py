@@ -1,0 +1,31 @@
+"""The names that `import bingham` promises."""
+
+import ast
+import subprocess
+import sys
+from pathlib import Path
+
+import bingham
+
+
+def test_every_public_name_loads():
+    for name in bingham.__all__:
+        assert getattr(bingham, name) is not None
+
+
+def test_type_checkers_see_the_same_names():
+    tree = ast.parse(Path(bingham.__file__).read_text(encoding="utf-8"))
+    block = next(node for node in tree.body if isinstance(node, ast.If))
+    seen = {
+        (a.name, n.module.removeprefix("bingham."))
+        for n in block.body
+        if isinstance(n, ast.ImportFrom)
+        for a in n.names
+    }
+    assert seen == set(bingham._PUBLIC.items())
+
+
+def test_importing_loads_nothing_heavy():
+    code = "import sys, bingham; print([m for m in ('numba', 'scipy', 'matplotlib', 'typer') if m in sys.modules])"
+    out = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
+    assert out.strip() == "[]"
