@@ -300,3 +300,20 @@ def test_long_runs_stay_orthonormal_and_sorted():
 def test_bad_input_is_named(call, message):
     with pytest.raises(InvalidArgumentError, match=message):
         call(BinghamFilter(*NOISE[4]))
+
+
+def test_scipy_rotations_are_taken():
+    from scipy.spatial.transform import Rotation
+
+    z = simulate(4, 20)[1]
+    f = BinghamFilter(*NOISE[4])
+    a, b = f.run(PRIOR[4], z), f.run(PRIOR[4], Rotation.from_quat(z, scalar_first=True))
+    np.testing.assert_allclose(a.matrices, b.matrices, rtol=1e-9, atol=1e-9)
+
+
+def test_a_rate_that_is_not_finite_is_named_by_its_row():
+    rate = np.zeros((5, 3))
+    rate[3, 1] = np.nan
+    f = BinghamFilter(Gyroscope(0.1), NOISE[4][1])
+    with pytest.raises(InvalidArgumentError, match="at row 3"):
+        f.run(PRIOR[4], simulate(4, 5)[1], controls=rate, times=np.arange(5.0))

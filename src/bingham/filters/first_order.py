@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from numpy.typing import ArrayLike
+from scipy.spatial.transform import Rotation
 
 from bingham.distributions.bingham import Bingham
 from bingham.errors import InvalidArgumentError
@@ -118,9 +119,9 @@ class BinghamFilter:
     def run(
         self,
         prior: Bingham,
-        measurements: ArrayLike,
+        measurements: ArrayLike | Rotation,
         *,
-        controls: ArrayLike | None = None,
+        controls: ArrayLike | Rotation | None = None,
         times: ArrayLike | None = None,
         start_time: float | None = None,
         keep: Literal["all", "last"] = "all",
@@ -131,10 +132,11 @@ class BinghamFilter:
         ----------
         prior : Bingham
             The law before the first prediction; a batch (B,) for a batch of recordings, or one law for all.
-        measurements : (T, d) or (B, T, d) array_like
+        measurements : (T, d) or (B, T, d) array_like, or Rotation
             Unit vectors; a row of NaN is a missing measurement: the state is predicted only, its evidence is 0.
         controls : (T, d) or (T, 3), or with a leading B, optional
-            Known rotation, or angular rate in rad/s, over the step that ends at each measurement.
+            Known rotation, or angular rate in rad/s: controls[k] acts from times[k − 1]
+            (start_time for k = 0) to times[k].
         times : (T,) array_like, optional
             Strictly increasing seconds, for motion in continuous time; gaps widen the law.
         start_time : float, optional

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import Literal, cast
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from scipy.spatial.transform import Rotation
 
 from bingham.distributions.bingham import Bingham
 from bingham.errors import InvalidArgumentError
@@ -34,13 +35,15 @@ def time_steps(times: ArrayLike, start_time: float | None, count: int) -> FloatA
         raise InvalidArgumentError(
             "times",
             "strictly increasing seconds, from start_time on",
-            f"{t[i]!r} at row {i}",
+            f"{float(t[i])!r} at row {i}",
             "sort the rows and drop repeated ones",
         )
     return steps
 
 
-def _unit_or_missing(x: ArrayLike, d: int, name: str) -> FloatArray:
+def _unit_or_missing(x: ArrayLike | Rotation, d: int, name: str) -> FloatArray:
+    if isinstance(x, Rotation):
+        x = x.as_quat(scalar_first=True)
     a = np.array(x, dtype=np.float64)
     if a.ndim not in (2, 3) or a.shape[-1] != d:
         raise InvalidArgumentError(name, f"shape (T, {d}) or (B, T, {d})", a.shape)
@@ -65,8 +68,8 @@ def run_conjugate(
     sensor: Sensor,
     gate: Gate | None,
     prior: Bingham,
-    measurements: ArrayLike,
-    controls: ArrayLike | None,
+    measurements: ArrayLike | Rotation,
+    controls: ArrayLike | Rotation | None,
     times: ArrayLike | None,
     start_time: float | None,
     keep: Literal["all", "last"],
@@ -165,7 +168,7 @@ def run_conjugate(
 
 
 def _controls(
-    motion: object, controls: ArrayLike | None, steps: FloatArray, count: int, length: int, d: int
+    motion: object, controls: ArrayLike | Rotation | None, steps: FloatArray, count: int, length: int, d: int
 ) -> FloatArray:
     """Known rotations (B, T, d), or (B, 0, d) without any."""
     if controls is None:
@@ -173,9 +176,18 @@ def _controls(
             raise InvalidArgumentError("controls", f"one row for each measurement, for {type(motion).__name__}", None)
         return np.empty((count, 0, d))
     if isinstance(motion, Gyroscope):
-        rate = np.asarray(controls, dtype=np.float64)
-        if rate.shape not in ((length, 3), (count, length, 3)) or not np.all(np.isfinite(rate)):
-            raise InvalidArgumentError("controls", f"finite angular rates ({length}, 3), rad/s", rate.shape)
+        rate = np.asarray(cast(ArrayLike, controls), dtype=np.float64)
+        if rate.shape not in ((length, 3), (count, length, 3)):
+            raise InvalidArgumentError("controls", f"angular rates ({length}, 3), rad/s", f"shape {rate.shape}")
+        wrong = np.flatnonzero(~np.isfinite(rate).all(axis=-1).ravel())
+        if wrong.size:
+            i = int(wrong[0])
+            raise InvalidArgumentError(
+                "controls",
+                "finite angular rates, rad/s",
+                f"{rate.reshape(-1, 3)[i]} at row {i}",
+                "drop rows without one",
+            )
         turns = from_rotation_vector(rate * steps[:, None])
     else:
         turns = _unit_or_missing(controls, d, "controls")
