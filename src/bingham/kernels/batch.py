@@ -33,12 +33,13 @@ def batch_derivatives(z, log_f, gradient, hessian):
     n, d = z.shape
     for k in prange(n):
         g, h = gradient[k], hessian[k]
-        if d == 4 and z[k, 3] == 0.0:
-            log_f[k] = math.log(derivatives_4(z[k], g, h))
-            continue
-        x = z[k].copy()
+        # The first row of the Hessian lends its place to the sorted z, which is read before anything is written.
+        x = h[0] if d == 4 else z[k].copy()
+        x[:] = z[k]
         i = _largest_last(x)
-        log_f[k] = log_normalizer_derivatives(x, g, h)
+        log_f[k] = math.log(derivatives_4(x, g, h)) if d == 4 else log_normalizer_derivatives(x, g, h)
+        if i == d - 1:
+            continue
         g[i], g[d - 1] = g[d - 1], g[i]
         for j in range(d):
             h[i, j], h[d - 1, j] = h[d - 1, j], h[i, j]
