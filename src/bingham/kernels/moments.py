@@ -21,7 +21,7 @@ __all__ = ["MAX_EVALUATIONS", "concentrations", "concentrations_2", "concentrati
 # Three suffice in practice; more than this many means that ω is no moment of a Bingham law.
 MAX_EVALUATIONS = 20
 # Newton converges quadratically: a residual below this leaves an error at rounding level after the last correction.
-TOLERANCE = 1e-7
+TOLERANCE = 1e-6
 
 
 @compiled()

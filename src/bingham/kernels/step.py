@@ -33,8 +33,14 @@ def work_space_4():
 @compiled()
 def diffuse_4(z, mix, work):
     """Isotropic diffusion: ω ← ω + mix (¼ − ω), mix = 1 − exp(−σ²t); the frame stays. Returns log F."""
+    derivatives_4(z, work[0], work[2])
+    return diffuse_known_4(z, mix, work)
+
+
+@compiled()
+def diffuse_known_4(z, mix, work):
+    """`diffuse_4` with the moments of z in work[0] already."""
     w, gradient, hessian, _ = work
-    derivatives_4(z, w, hessian)
     for i in range(4):
         w[i] += mix * (0.25 - w[i])
     log_f, _ = concentrations_4(w, z, gradient, hessian)
@@ -52,8 +58,14 @@ def compose_4(z, frame, mode, tangent, weight, left, work):
     a pure unit quaternion e is antisymmetric, and between the axes of an orthonormal quaternion frame its entries are
     ± aₖ·e, where a_j is the vector part of conj(frame[3]) ⊗ frame[j].
     """
+    derivatives_4(z, work[0], work[2])
+    return compose_known_4(z, frame, mode, tangent, weight, left, work)
+
+
+@compiled()
+def compose_known_4(z, frame, mode, tangent, weight, left, work):
+    """`compose_4` with the moments of z in work[0] already."""
     w, gradient, hessian, b = work
-    derivatives_4(z, w, hessian)
     if left:
         rotate_rows_left(mode, frame)
     else:
@@ -184,23 +196,27 @@ def run_4(z, frame, controls, mixes, mode, tangent, weight, left, measurements, 
     work = work_space_4()
     turned = np.empty((4, 4))
     old_z, old_frame = np.empty(4), np.empty((4, 4))
-    derivatives_4(z, work[0], work[2])
+    # Whether work[0] holds the moments of z: an accepted update leaves them there.
+    known = False
     for t in range(steps):
+        if not known:
+            derivatives_4(z, work[0], work[2])
         if controls.shape[0] > 0:
             if left:
                 rotate_rows_left(controls[t], frame)
             else:
                 rotate_rows_right(frame, controls[t])
         if mixes.size == 0:
-            log_f = compose_4(z, frame, mode, tangent, weight, left, work)
+            log_f = compose_known_4(z, frame, mode, tangent, weight, left, work)
         elif mixes[t] > 0.0:
-            log_f = diffuse_4(z, mixes[t], work)
+            log_f = diffuse_known_4(z, mixes[t], work)
         else:
             log_f = math.log(derivatives_4(z, work[0], work[2]))
         row = t if keep_z.shape[0] == steps else 0
         y = measurements[t]
         if math.isnan(y[0] + y[1] + y[2] + y[3]):
             evidence, statistic, decision = 0.0, math.nan, MISSING
+            known = False
         else:
             turned[:] = sensor_frame
             if left:
@@ -213,8 +229,10 @@ def run_4(z, frame, controls, mixes, mode, tangent, weight, left, measurements, 
             statistic = -2.0 * top
             evidence = math.log(derivatives_4(z, work[0], work[2])) + top - log_f - sensor_log_f
             decision = ACCEPTED
+            known = True
             if statistic > threshold:
                 decision = REJECTED
+                known = False
                 z[:] = old_z
                 frame[:] = old_frame
         keep_z[row] = z
