@@ -18,6 +18,9 @@ if TYPE_CHECKING:  # what the table below loads, for editors and type checkers
     from bingham.errors import ConvergenceError as ConvergenceError
     from bingham.errors import InvalidArgumentError as InvalidArgumentError
     from bingham.errors import RecordingError as RecordingError
+    from bingham.filters.axial_kalman import AxialKalmanFilter as AxialKalmanFilter
+    from bingham.filters.bank import BankState as BankState
+    from bingham.filters.bank import FilterBank as FilterBank
     from bingham.filters.first_order import BinghamFilter as BinghamFilter
     from bingham.filters.gate import Gate as Gate
     from bingham.filters.imu import ImuFilter as ImuFilter
@@ -28,12 +31,18 @@ if TYPE_CHECKING:  # what the table below loads, for editors and type checkers
     from bingham.filters.mixture_filter import MixtureFilter as MixtureFilter
     from bingham.filters.mixture_filter import ambiguous_noise as ambiguous_noise
     from bingham.filters.protocol import UpdateInfo as UpdateInfo
+    from bingham.filters.quaternion_ekf import QuaternionEkf as QuaternionEkf
     from bingham.filters.sampled import SampledFilter as SampledFilter
+    from bingham.filters.scalar_kalman import ScalarKalmanFilter as ScalarKalmanFilter
+    from bingham.filters.second_order import SecondOrderBinghamFilter as SecondOrderBinghamFilter
+    from bingham.filters.second_order import SpinState as SpinState
+    from bingham.filters.second_order_ekf import SecondOrderQuaternionEkf as SecondOrderQuaternionEkf
     from bingham.filters.smoother import smooth_fixed_interval as smooth_fixed_interval
     from bingham.filters.smoother import smooth_fixed_lag as smooth_fixed_lag
     from bingham.filters.track import Track as Track
     from bingham.filters.tune import SensorNoise as SensorNoise
     from bingham.filters.tune import tune as tune
+    from bingham.filters.wrapped_normal import WrappedNormalFilter as WrappedNormalFilter
     from bingham.models.motion import Diffusion as Diffusion
     from bingham.models.motion import Gyroscope as Gyroscope
     from bingham.models.motion import KnownRotation as KnownRotation
@@ -83,10 +92,10 @@ _PUBLIC = {
     "RecordingError": "errors",
     "RiemannianSampling": "sampling.riemannian",
     "SampledFilter": "filters.sampled",
-    "SensorNoise": "filters.tune",
     "ScalarKalmanFilter": "filters.scalar_kalman",
     "SecondOrderBinghamFilter": "filters.second_order",
     "SecondOrderQuaternionEkf": "filters.second_order_ekf",
+    "SensorNoise": "filters.tune",
     "SpinState": "filters.second_order",
     "Track": "filters.track",
     "Unscented": "sampling.unscented",
