@@ -80,3 +80,25 @@ def test_columns_are_chosen_by_name(bingham, tmp_path):
     path.write_text("a,b,c\n1,0,7\n0.6,0.8,7\n0.8,-0.6,7\n")
     assert bingham("fit", path).exit_code == 2
     assert json.loads(bingham("fit", path, "--columns", "b, a", "--json").stdout)["columns"] == ["b", "a"]
+
+
+@pytest.mark.parametrize("command", ["fit", "cluster"])
+@pytest.mark.parametrize(
+    ("text", "options", "message"),
+    [
+        ("a,b\n1,0\n", (), "line 1: names no known set of components; choose by --columns; columns in the file: a b"),
+        (
+            "1,0\n0,1\n",
+            ("--columns", "x,y"),
+            "--columns: expected a file that names its columns, got numbers in line 1",
+        ),
+        ("a,b\n1,0\n", ("--columns", "a"), "--columns: expected two names or more, got ['a']"),
+    ],
+)
+def test_errors_speak_of_options(bingham, tmp_path, command, text, options, message):
+    path = tmp_path / "axes.csv"
+    path.write_text(text)
+    result = bingham(command, path, *options)
+    assert result.exit_code == 2
+    (line,) = result.stderr.splitlines()
+    assert message in line

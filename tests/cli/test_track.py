@@ -149,7 +149,7 @@ def test_a_malformed_recording_ends_in_one_line_and_no_output(bingham, imu, tmp_
         (("--column", "gx"), "--column: expected NAME=VALUE, got 'gx'"),
         (("--topic", "imu=/a"), "--topic: expected a format that has such, got"),
         (("--topic", "a=/a"), "--topic: expected imu=TOPIC or magnetometer=TOPIC, got a"),
-        (("--format", "mp3"), "format: expected one of csv, tum"),
+        (("--format", "mp3"), "--format: expected one of csv, tum"),
     ],
 )
 def test_a_wrong_option_is_one_line(bingham, imu, tmp_path, options, message):

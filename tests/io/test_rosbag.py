@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from bags import DELAY, KINDS, Bag
 from bingham.errors import InvalidArgumentError, RecordingError
 from bingham.io import RecordingWarning, detect_format, read_recording
 
@@ -16,67 +17,6 @@ GYRO = RNG.standard_normal((60, 3))
 FORCE = RNG.standard_normal((60, 3))
 FIELD_STAMPS = STAMPS[1::4] + 300_000  # slower, and late
 FIELD = RNG.standard_normal((15, 3)) * 1e-5
-DELAY = 7_000_000  # from measurement to recording
-
-
-class Bag:
-    """One bag on disk, of any of the kinds."""
-
-    def __init__(self, kind, path):
-        from rosbags.rosbag1 import Writer as Writer1
-        from rosbags.rosbag2 import StoragePlugin
-        from rosbags.rosbag2 import Writer as Writer2
-        from rosbags.typesys import Stores, get_typestore
-
-        self.ros1 = kind == "bag"
-        self.store = get_typestore(Stores.ROS1_NOETIC if self.ros1 else Stores.ROS2_HUMBLE)
-        self.path = path / ("x.bag" if self.ros1 else "x")
-        if self.ros1:
-            self.writer = Writer1(self.path)
-        else:
-            plugin = StoragePlugin.MCAP if "mcap" in kind else StoragePlugin.SQLITE3
-            self.writer = Writer2(self.path, version=9, storage_plugin=plugin)
-
-    def __enter__(self):
-        self.writer.open()
-        self.connections = {}
-        return self
-
-    def __exit__(self, *_):
-        self.writer.close()
-
-    def write(self, topic, name, stamp, **fields):
-        types = self.store.types
-        time = types["builtin_interfaces/msg/Time"](sec=int(stamp // 10**9), nanosec=int(stamp % 10**9))
-        sequence = {"seq": 0} if self.ros1 else {}
-        header = types["std_msgs/msg/Header"](stamp=time, frame_id="imu", **sequence)
-        kind = f"sensor_msgs/msg/{name}"
-        if topic not in self.connections:
-            self.connections[topic] = self.writer.add_connection(topic, kind, typestore=self.store)
-        message = types[kind](header=header, **fields)
-        serialize = self.store.serialize_ros1 if self.ros1 else self.store.serialize_cdr
-        self.writer.write(self.connections[topic], int(stamp + DELAY), serialize(message, kind))
-
-    def vector(self, values):
-        return self.store.types["geometry_msgs/msg/Vector3"](*map(float, values))
-
-    def imu(self, topic, stamp, gyro, force, gyro_covariance=0.0, force_covariance=0.0):
-        zero = np.zeros(9)
-        self.write(
-            topic,
-            "Imu",
-            stamp,
-            orientation=self.store.types["geometry_msgs/msg/Quaternion"](x=0.0, y=0.0, z=0.0, w=1.0),
-            orientation_covariance=zero,
-            angular_velocity=self.vector(gyro),
-            angular_velocity_covariance=zero + gyro_covariance,
-            linear_acceleration=self.vector(force),
-            linear_acceleration_covariance=zero + force_covariance,
-        )
-
-    def field(self, topic, stamp, field):
-        vector = self.vector(field)
-        self.write(topic, "MagneticField", stamp, magnetic_field=vector, magnetic_field_covariance=np.zeros(9))
 
 
 def write(kind, path, *, imu_topics=("/imu",), field_topics=("/mag",), stamps=STAMPS, **absent):
@@ -90,9 +30,6 @@ def write(kind, path, *, imu_topics=("/imu",), field_topics=("/mag",), stamps=ST
         temperature = {"temperature": 20.0, "variance": 0.0}
         bag.write("/temperature", "Temperature", STAMPS[0], **temperature)  # not of interest
     return bag.path
-
-
-KINDS = ["bag", "sqlite", "mcap"]
 
 
 @pytest.mark.parametrize("kind", KINDS)

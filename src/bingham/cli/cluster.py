@@ -56,13 +56,15 @@ def cluster(
     The number of clusters is the one with the least BIC. Prints weight, concentrations and mode of each cluster.
     """  # fmt: skip
     from bingham.cli.staging import staged
+    from bingham.cli.wording import in_options
     from bingham.distributions.selection import fit_mixture
     from bingham.io import read_axes
 
     if method not in ("em", "sac"):
         raise InvalidArgumentError("--method", "em or sac", method)
     sizes = _sizes(components)
-    axes = read_axes(file, columns=None if columns is None else [name.strip() for name in columns.split(",")])
+    with in_options({"columns": "--columns"}):
+        axes = read_axes(file, columns=None if columns is None else [name.strip() for name in columns.split(",")])
     tried: list[dict[str, Any]] = []
     with _Progress(len(sizes), quiet=as_json) as bar:
 

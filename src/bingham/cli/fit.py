@@ -52,10 +52,12 @@ def fit(
     columns n, e, d also trend and plunge, and the pole of the best plane.
     """  # fmt: skip
     from bingham.cli.staging import staged
+    from bingham.cli.wording import in_options
     from bingham.distributions.bingham import Bingham
     from bingham.io import read_axes
 
-    axes = read_axes(file, columns=None if columns is None else [name.strip() for name in columns.split(",")])
+    with in_options({"columns": "--columns"}):
+        axes = read_axes(file, columns=None if columns is None else [name.strip() for name in columns.split(",")])
     try:
         law = Bingham.fit(axes.values)
     except InvalidArgumentError as error:

@@ -17,13 +17,18 @@ if TYPE_CHECKING:
 __all__ = ["name_of", "options", "read"]
 
 # Argument of a reader → option of the command line that sets it.
-OPTIONS = {"columns": "--column", "units": "--unit", "imu_topic": "--topic", "magnetometer_topic": "--topic"}
+OPTIONS = {
+    "columns": "--column",
+    "units": "--unit",
+    "imu_topic": "--topic imu=TOPIC",
+    "magnetometer_topic": "--topic magnetometer=TOPIC",
+}
 
 
 def options(column: list[str], unit: list[str], topic: list[str]) -> dict[str, Any]:
     """Return what NAME=VALUE options say to a reader."""
     topics = {f"{kind}_topic": name for kind, name in _pairs("--topic", topic).items()}
-    if wrong := topics.keys() - OPTIONS.keys():
+    if wrong := topics.keys() - OPTIONS.keys() - {"orientation_topic"}:
         raise InvalidArgumentError("--topic", "imu=TOPIC or magnetometer=TOPIC", wrong.pop().removesuffix("_topic"))
     given = {"columns": _pairs("--column", column), "units": _pairs("--unit", unit), **topics}
     return {name: value for name, value in given.items() if value}
@@ -39,6 +44,7 @@ def read(path: Path, format: str | None, given: Mapping[str, Any]) -> ImuRecordi
     InvalidArgumentError
         If an option has no meaning for the format.
     """
+    from bingham.cli.wording import in_options
     from bingham.io import detect_format, read_recording
     from bingham.io.detect import READERS
 
@@ -46,8 +52,10 @@ def read(path: Path, format: str | None, given: Mapping[str, Any]) -> ImuRecordi
     if kind in READERS:
         known = inspect.signature(READERS[kind]).parameters
         if strange := [name for name in given if name not in known]:
-            raise InvalidArgumentError(OPTIONS[strange[0]], "a format that has such", f"{path}, format {kind}")
-    with warnings.catch_warnings(record=True) as caught:
+            raise InvalidArgumentError(
+                OPTIONS[strange[0]].split()[0], "a format that has such", f"{path}, format {kind}"
+            )
+    with warnings.catch_warnings(record=True) as caught, in_options(OPTIONS | {"format": "--format"}):
         warnings.simplefilter("always")
         recording = read_recording(path, format=kind, **given)
     for warning in caught:
@@ -57,7 +65,8 @@ def read(path: Path, format: str | None, given: Mapping[str, Any]) -> ImuRecordi
 
 def name_of(path: Path) -> str:
     """Return what a recording and its files are called, whatever name the recording itself holds."""
-    return path.resolve().stem
+    path = path.resolve()
+    return path.name if path.is_dir() else path.stem
 
 
 def _pairs(option: str, values: list[str]) -> dict[str, str]:

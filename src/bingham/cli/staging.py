@@ -14,12 +14,12 @@ __all__ = ["staged"]
 
 @contextmanager
 def staged(folder: Path) -> Generator[Path]:
-    """Give a temporary folder whose files move to `folder`, made if need be, when the block succeeds.
+    """Give a temporary folder whose content moves to `folder`, made if need be, when the block succeeds.
 
     Parameters
     ----------
     folder : Path
-        Where the files end up; files of the same names are replaced.
+        Where the files end up; files and folders of the same names are replaced.
 
     Yields
     ------
@@ -38,8 +38,10 @@ def staged(folder: Path) -> Generator[Path]:
         with tempfile.TemporaryDirectory(prefix=".bingham-", dir=nearest) as temporary:
             yield Path(temporary)
             folder.mkdir(parents=True, exist_ok=True)
-            for file in sorted(Path(temporary).iterdir()):
-                file.replace(folder / file.name)
+            for k, file in enumerate(sorted(Path(temporary).iterdir())):
+                if (target := folder / file.name).is_dir():  # a folder does not replace another
+                    target.replace(Path(temporary) / f".before-{k}")
+                file.replace(target)
     except OSError as error:
         raise RecordingError(
             folder, "", f"cannot be written: {error.strerror}", "check permissions and space"

@@ -31,6 +31,8 @@ Examples:
 
     bingham track flight.bag --json -o tracks | jq .error_deg
 
+    bingham track flight.bag --bag -o tracks
+
     bingham track phone.csv --column gx="Gyro X" --unit gyroscope=deg_s -o tracks
 
     bingham track camera.txt --measurement-noise 0.02 --process-noise 0.5 --tum -o tracks
@@ -52,6 +54,8 @@ class Settings(NamedTuple):
     filtering: FilterOptions
     frame: Frame
     tum: bool
+    bag: bool
+    orientation_topic: str | None
     figure: bool
 
 
@@ -74,6 +78,9 @@ def track(
     as_json: bool = typer.Option(False, "--json", help="Print JSON on standard output: an object, or a list."),
     frame: Frame = typer.Option(Frame.body, help="Axes of the covariances, named in the files."),
     tum: bool = typer.Option(False, "--tum", help="Write TUM trajectories too."),
+    bag: bool = typer.Option(
+        False, "--bag", help="Bags: write a copy with orientation and covariance as a further topic, sensor_msgs/Imu."
+    ),
     figure: bool = typer.Option(True, help="Draw a figure of each track."),
     process_noise: float = typer.Option(
         0.3, metavar="RAD/√S", help="Orientations: how fast the body turns; higher follows faster, smooths less."
@@ -92,13 +99,18 @@ def track(
     format: str | None = typer.Option(None, help="csv, tum, euroc, broad, npz or rosbag, instead of recognition."),
     column: list[str] = typer.Option([], metavar="NAME=COLUMN", help="CSV: what the file calls a column."),
     unit: list[str] = typer.Option([], metavar="QUANTITY=UNIT", help="CSV: a unit its columns do not tell."),
-    topic: list[str] = typer.Option([], metavar="imu|magnetometer=TOPIC", help="Bags: which topic to read."),
+    topic: list[str] = typer.Option(
+        [],
+        metavar="imu|magnetometer|orientation=TOPIC",
+        help="Bags: which topic to read; orientation: which one --bag adds, instead of IMU_TOPIC/bingham.",
+    ),
 ) -> None:
     """Filter recordings of an IMU, or of noisy orientations, into orientations with uncertainty.
 
     Writes, for every recording, NAME.track.csv (time, quaternion, covariance, concentrations, log-evidence, decisions
     of the gate), NAME.track.npz (the full state) and NAME.png into the folder: all of them, or none if anything fails.
     Tracks are compared with ground truth where a recording has it. µs/sample is processor time of the filter alone.
+    With --bag a ROS bag comes back as NAME.track (ROS 2) or NAME.track.bag (ROS 1), its topics untouched.
 
     With - in place of recordings, lines "gyr|acc|mag TIME X Y Z" (rad/s, m/s²) are read from standard input and each is
     answered by a line of JSON; lines that make no sense are reported, skipped and counted.
@@ -119,17 +131,27 @@ def track(
         raise InvalidArgumentError("--output", "a folder for the tracks", "none", "add -o FOLDER")
     if state is not None:
         raise InvalidArgumentError("--state", "standard input to follow", f"{recordings[0]}", "use it with -")
+    reading = options(column, unit, topic)
+    orientation_topic = reading.pop("orientation_topic", None)
+    if orientation_topic is not None and not bag:
+        raise InvalidArgumentError("--topic", "--bag beside orientation=", orientation_topic)
     settings = Settings(
         format=format,
-        reading=options(column, unit, topic),
+        reading=reading,
         filtering=FilterOptions(process_noise, measurement_noise, gate, plain, smooth),
         frame=frame,
         tum=tum,
+        bag=bag,
+        orientation_topic=orientation_topic,
         figure=figure,
     )
     names = [name_of(path) for path in recordings]
     if repeated := sorted({name for name in names if names.count(name) > 1}):
         raise InvalidArgumentError("RECORDING", "files of different names", repeated[0], "run them one by one")
+    if bag:
+        from bingham.cli.bag import check_bags
+
+        check_bags(recordings, output)
     with staged(output) as folder:
         rows = [track_one(path, folder, settings, step) for path, step in progress(recordings, 5 if figure else 4)]
     for row in rows:
@@ -179,6 +201,10 @@ def track_one(path: Path, folder: Path, settings: Settings, step: Any) -> dict[s
             row["heading_offset_rad"] = truth.heading_offset_rad
     step("writing")
     row["files"] = write_track(folder, recording, result, frame=settings.frame.value, tum=settings.tum)
+    if settings.bag:
+        from bingham.cli.bag import write_bag
+
+        row["files"].append(write_bag(folder, path, recording, result, settings.reading, settings.orientation_topic))
     if settings.figure:
         step("drawing")
         row["files"].append(draw_track(folder, recording, result, truth))

@@ -8,12 +8,15 @@ from bingham.io.detect import detect_format, read_recording
 from bingham.io.euroc import read_euroc
 from bingham.io.npz import read_npz, write_npz
 from bingham.io.rosbag import read_rosbag
+from bingham.io.rosbag_orientation import RosbagOrientation, read_rosbag_orientation
+from bingham.io.rosbag_writer import write_rosbag
 from bingham.io.track import read_track, write_track_csv, write_track_npz
 from bingham.io.tum import read_tum, write_tum
 
 __all__ = [
     "Axes",
     "RecordingWarning",
+    "RosbagOrientation",
     "detect_format",
     "read_axes",
     "read_broad",
@@ -22,10 +25,12 @@ __all__ = [
     "read_npz",
     "read_recording",
     "read_rosbag",
+    "read_rosbag_orientation",
     "read_track",
     "read_tum",
     "write_csv",
     "write_npz",
+    "write_rosbag",
     "write_track_csv",
     "write_track_npz",
     "write_tum",

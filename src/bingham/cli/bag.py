@@ -1,0 +1,90 @@
+"""``bingham track --bag``: the filtered orientations in a copy of the bag they come from."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bingham.errors import InvalidArgumentError, RecordingError
+
+if TYPE_CHECKING:
+    from bingham.cli.result import Result
+    from bingham.recording import ImuRecording, OrientationRecording
+
+__all__ = ["bag_name", "check_bags", "world_covariance", "write_bag"]
+
+FloatArray = NDArray[np.float64]
+
+UNIFORM_VARIANCE = np.pi**2 / 3.0  # of an angle uniform on the circle, rad²
+
+
+def bag_name(path: Path) -> str:
+    """Return what the copy of a bag is called: a file for ROS 1, a folder for ROS 2."""
+    from bingham.cli.reading import name_of
+
+    return f"{name_of(path)}.track" + (".bag" if path.suffix == ".bag" else "")
+
+
+def check_bags(recordings: list[Path], output: Path) -> None:
+    """Refuse recordings that are no bags, and copies that would take the place of a recording or of anything else.
+
+    Raises
+    ------
+    InvalidArgumentError, RecordingError
+        Naming the file.
+    """
+    from bingham.io import detect_format
+
+    there = {path.resolve() for path in recordings}
+    for path in recordings:
+        if detect_format(path) != "rosbag":
+            raise InvalidArgumentError("--bag", "ROS bags only", f"{path}", "leave --bag out")
+        copy = output / bag_name(path)
+        if copy.resolve() in there:
+            raise RecordingError(copy, "", f"the copy of {path} would replace a recording", "choose another --output")
+        if copy.is_dir() and not (copy / "metadata.yaml").is_file():
+            raise RecordingError(copy, "", "a folder that is no bag is in the way", "choose another --output")
+
+
+def write_bag(
+    folder: Path,
+    path: Path,
+    recording: ImuRecording | OrientationRecording,
+    result: Result,
+    reading: Mapping[str, Any],
+    topic: str | None,
+) -> str:
+    """Write the bag and return its name."""
+    from bingham.io import write_rosbag
+
+    write_rosbag(
+        folder / bag_name(path),
+        path,
+        time=recording.time,
+        orientation=result.modes,
+        covariance=world_covariance(result),
+        bias=result.more.get("bias"),
+        bias_std=result.more.get("bias_std"),
+        imu_topic=reading.get("imu_topic"),
+        topic=topic,
+    )
+    return bag_name(path)
+
+
+def world_covariance(result: Result) -> FloatArray:
+    """Return covariances (T, 3, 3), world axes, rad², finite: an angle that may be anything has the variance π²/3.
+
+    Where a law has no one mode (a girdle: heading unknown; uniform), its covariance about the orientation stated.
+    """
+    from bingham.filters.tangent import covariance_of_law
+
+    assert result.covariance is not None  # bags hold rotations
+    covariance = np.array(result.covariance("world"))
+    for k in np.flatnonzero(np.isnan(covariance[:, 0, 0])):
+        values, axes = np.linalg.eigh(covariance_of_law(result.laws[int(k)]))
+        covariance[k] = axes * np.minimum(values, UNIFORM_VARIANCE) @ axes.T
+    return covariance
