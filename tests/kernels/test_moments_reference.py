@@ -7,6 +7,7 @@ import pytest
 
 import bingham
 from bingham.distributions.normalizer import log_normalizer_derivatives, solve_moments
+from bingham.errors import InvalidArgumentError
 from bingham.kernels.contour import NODES
 from bingham.kernels.normalizer import derivatives
 from bingham.kernels.rule import parabola
@@ -106,6 +107,31 @@ def test_every_batch_shape(d, shape):
     for index in np.ndindex(shape):
         np.testing.assert_array_equal(w[index], bingham.moments(z[index]))
         np.testing.assert_array_equal(found[index], bingham.concentrations(w[index]))
+
+
+@pytest.mark.parametrize("d", [2, 4, 6])
+def test_many_rows_at_once_are_those_one_by_one(d):
+    z = random_spectra(d, 700, seed=8)[:, ::-1] + np.arange(700)[:, None] / 100
+    z[::3] = np.roll(z[::3], 1, axis=1)
+    log_f, w, h = log_normalizer_derivatives(z)
+    for k in range(0, 700, 23):
+        one_f, one_w, one_h = log_normalizer_derivatives(z[k])
+        np.testing.assert_allclose(log_f[k], one_f, rtol=0, atol=1e-12)
+        np.testing.assert_allclose(w[k], one_w, rtol=1e-12)
+        scale = np.sqrt(np.diag(one_h))
+        np.testing.assert_allclose(h[k] / scale / scale[:, None], one_h / scale / scale[:, None], atol=1e-11)
+
+
+@pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf, -2e30])
+@pytest.mark.parametrize("rows", [1, 40, 1200])
+@pytest.mark.parametrize("d", [3, 4])
+def test_a_bad_row_is_found_in_any_place(d, rows, bad):
+    rng = np.random.default_rng(9)
+    for _ in range(4):
+        z = random_spectra(d, rows, seed=2)
+        z[rng.integers(rows), rng.integers(d)] = bad
+        with pytest.raises(InvalidArgumentError, match="z: expected"):
+            log_normalizer_derivatives(z)
 
 
 @pytest.mark.parametrize("d", [2, 3, 4, 6, 12])

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from bingham.errors import InvalidArgumentError
-from bingham.kernels.batch import batch_diagonalize_4
+from bingham.kernels.batch import diagonalize_rows_4
 from bingham.kernels.normalizer import LARGEST
 from bingham.kernels.single import composed_2, composed_4
 from bingham.rotations import compose, conjugate
@@ -83,7 +83,7 @@ def spectral(matrix: ArrayLike, name: str) -> tuple[FloatArray, FloatArray]:
     rows = a.reshape(-1, d, d)
     frames = np.ascontiguousarray(np.swapaxes(np.linalg.eigh(rows)[1], -1, -2))
     values = np.empty(rows.shape[:-1])
-    batch_diagonalize_4(np.ascontiguousarray(rows), values, frames)
+    diagonalize_rows_4(np.ascontiguousarray(rows), values, frames)
     return values.reshape(a.shape[:-1]), np.ascontiguousarray(np.swapaxes(frames, -1, -2)).reshape(a.shape)
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from bingham.errors import AccuracyWarning, ConvergenceError, InvalidArgumentError
-from bingham.kernels.batch import batch_concentrations, batch_derivatives
+from bingham.kernels.batch import CHUNK, batch_concentrations, batch_derivatives, concentrations_rows, derivatives_rows
 from bingham.kernels.contour import log_normalizer_array
 from bingham.kernels.normalizer import LARGEST
 
@@ -35,19 +35,6 @@ def _rows(x: ArrayLike, name: str) -> FloatArray:
             stacklevel=3,
         )
     return a
-
-
-def _concentration_rows(z: ArrayLike) -> tuple[FloatArray, FloatArray]:
-    """Return rows (n, d) with max 0 and the maxima (n,)."""
-    a = _rows(z, "z")
-    if not np.all(np.isfinite(a)):
-        raise InvalidArgumentError("z", "finite concentrations", a[~np.isfinite(a)].flat[0])
-    top = a.max(axis=-1, keepdims=True)
-    shifted = a - top
-    if not np.all(shifted >= -LARGEST):
-        bad = a[shifted < -LARGEST].flat[0]
-        raise InvalidArgumentError("z", f"concentrations that differ by at most {LARGEST:g}", bad)
-    return np.ascontiguousarray(shifted.reshape(-1, a.shape[-1])), top[..., 0]
 
 
 def log_normalizer(z: Any) -> Any:
@@ -91,12 +78,19 @@ def log_normalizer_derivatives(z: ArrayLike) -> tuple[FloatArray, FloatArray, Fl
 
     ωᵢ = ∂ log F/∂zᵢ = E[xᵢ²] and ∂ωᵢ/∂zⱼ = Cov(xᵢ², xⱼ²) for x with density exp(Σ zᵢ xᵢ²)/F.
     """
-    rows, top = _concentration_rows(z)
+    a = _rows(z, "z")
+    rows = np.ascontiguousarray(a.reshape(-1, a.shape[-1]))
     n, d = rows.shape
     log_f, gradient, hessian = np.empty(n), np.empty((n, d)), np.empty((n, d, d))
-    batch_derivatives(rows, log_f, gradient, hessian)
-    shape = top.shape
-    return (log_f.reshape(shape) + top)[()], gradient.reshape(*shape, d), hessian.reshape(*shape, d, d)
+    kernel = derivatives_rows if n < 2 * CHUNK else batch_derivatives
+    bad = kernel(rows, log_f, gradient, hessian)
+    if bad >= 0:
+        if not np.all(np.isfinite(rows[bad])):
+            raise InvalidArgumentError("z", "finite concentrations", rows[bad][~np.isfinite(rows[bad])][0])
+        expected = f"concentrations that differ by at most {LARGEST:g}"
+        raise InvalidArgumentError("z", expected, rows[bad].min() - rows[bad].max())
+    shape = a.shape[:-1]
+    return log_f.reshape(shape)[()], gradient.reshape(a.shape), hessian.reshape(*a.shape, d)
 
 
 def moments(z: ArrayLike) -> FloatArray:
@@ -167,7 +161,8 @@ def solve_moments(w: ArrayLike) -> tuple[FloatArray, FloatArray, NDArray[np.int6
     d = a.shape[-1]
     rows = np.ascontiguousarray((a / total).reshape(-1, d))
     z, log_f, evaluations = np.empty_like(rows), np.empty(len(rows)), np.empty(len(rows), dtype=np.int64)
-    batch_concentrations(rows, z, log_f, evaluations)
+    kernel = concentrations_rows if len(rows) < 2 * CHUNK else batch_concentrations
+    kernel(rows, z, log_f, evaluations)
     if np.any(evaluations < 0):
         worst_row = int(np.argmin(evaluations))
         raise ConvergenceError(

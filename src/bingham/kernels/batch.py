@@ -2,18 +2,23 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 from numba import prange
 
 from bingham.kernels.compile import compiled
 from bingham.kernels.eigen import diagonalize_4, orthonormalize_4
+from bingham.kernels.lanes import derivatives_lanes_4
 from bingham.kernels.moments import concentrations, concentrations_4
-from bingham.kernels.normalizer import derivatives_4
+from bingham.kernels.normalizer import LARGEST
 from bingham.kernels.rule import log_normalizer_derivatives
 
-__all__ = ["batch_concentrations", "batch_derivatives", "batch_diagonalize_4"]
+__all__ = ["CHUNK", "batch_concentrations", "batch_derivatives", "concentrations_rows", "derivatives_rows",
+           "diagonalize_rows_4"]  # fmt: skip
+
+# Rows that one thread takes at a time; fewer than twice as many are not worth waking threads for.
+CHUNK = 256
+# Below this many rows the lanes of `derivatives_lanes_4` stay half empty.
+FEW = 16
 
 
 @compiled()
@@ -27,53 +32,81 @@ def _largest_last(x):
     return i
 
 
-@compiled(parallel=True)
-def batch_derivatives(z, log_f, gradient, hessian):
-    """For each row of z (n, d), any order, max 0: log F (n,), ω (n, d), Hessian of log F (n, d, d), all written."""
+@compiled()
+def derivatives_rows(z, log_f, gradient, hessian):
+    """For each row of z (n, d), any order and offset: log F (n,), ω (n, d), Hessian of log F (n, d, d), all written.
+
+    Returns the first row that is not finite or spans more than `LARGEST`, or −1.
+    """
     n, d = z.shape
-    for k in prange(n):
+    if d == 4 and n >= FEW:
+        return derivatives_lanes_4(z, log_f, gradient, hessian)
+    for k in range(n):
         g, h = gradient[k], hessian[k]
-        # The first row of the Hessian lends its place to the sorted z, which is read before anything is written.
-        x = h[0] if d == 4 else z[k].copy()
-        x[:] = z[k]
+        x = z[k].copy()
         i = _largest_last(x)
-        log_f[k] = math.log(derivatives_4(x, g, h)) if d == 4 else log_normalizer_derivatives(x, g, h)
-        if i == d - 1:
-            continue
+        top = x[d - 1]
+        for j in range(d):
+            x[j] -= top
+            if not x[j] >= -LARGEST:
+                return k
+        log_f[k] = log_normalizer_derivatives(x, g, h) + top
         g[i], g[d - 1] = g[d - 1], g[i]
         for j in range(d):
             h[i, j], h[d - 1, j] = h[d - 1, j], h[i, j]
         for j in range(d):
             h[j, i], h[j, d - 1] = h[j, d - 1], h[j, i]
+    return -1
 
 
 @compiled(parallel=True)
-def batch_concentrations(w, z, log_f, evaluations):
+def batch_derivatives(z, log_f, gradient, hessian):
+    """`derivatives_rows` on all cores; returns any row of those that are not valid, or −1."""
+    n = z.shape[0]
+    bad = -1
+    for c in prange((n + CHUNK - 1) // CHUNK):
+        rows = slice(c * CHUNK, min(n, (c + 1) * CHUNK))
+        found = derivatives_rows(z[rows], log_f[rows], gradient[rows], hessian[rows])
+        bad = max(bad, found + c * CHUNK if found >= 0 else -1)
+    return bad
+
+
+@compiled()
+def concentrations_rows(w, z, log_f, evaluations):
     """For each row of w (n, d), any order, Σ = 1: z (n, d) with ∇ log F(z) = w, log F (n,), evaluations (n,).
 
     Negative evaluations mark rows that did not converge.
     """
     n, d = w.shape
-    for k in prange(n):
-        gradient, hessian = np.empty(d), np.empty((d, d))
+    gradient, hessian = np.empty(d), np.empty((d, d))
+    for k in range(n):
         x = w[k].copy()
         i = _largest_last(x)
         if d == 4:
-            log_f[k], evaluations[k] = concentrations_4(x, z[k], gradient, hessian)
+            log_f[k], evaluations[k] = concentrations_4(x, z[k])
         else:
             log_f[k], evaluations[k] = concentrations(x, z[k], gradient, hessian)
         z[k, i], z[k, d - 1] = z[k, d - 1], z[k, i]
 
 
 @compiled(parallel=True)
-def batch_diagonalize_4(matrices, values, frames):
+def batch_concentrations(w, z, log_f, evaluations):
+    """`concentrations_rows` on all cores."""
+    n = w.shape[0]
+    for c in prange((n + CHUNK - 1) // CHUNK):
+        rows = slice(c * CHUNK, min(n, (c + 1) * CHUNK))
+        concentrations_rows(w[rows], z[rows], log_f[rows], evaluations[rows])
+
+
+@compiled()
+def diagonalize_rows_4(matrices, values, frames):
     """Eigenvalues (n, 4), ascending, and eigenvectors (n, 4, 4; by rows) of matrices (n, 4, 4).
 
     frames holds approximate eigenvectors by rows on entry; the matrices are carried into them first.
     """
-    for k in prange(matrices.shape[0]):
+    half, b = np.empty((4, 4)), np.empty((4, 4))
+    for k in range(matrices.shape[0]):
         a, f = matrices[k], frames[k]
-        half, b = np.empty((4, 4)), np.empty((4, 4))
         for i in range(4):
             for j in range(4):
                 t = 0.0

@@ -19,6 +19,7 @@ MAX_SWEEPS = 30
 # Squares of relative sizes below which an off-diagonal entry no longer moves an eigenvalue (or vector) in a double.
 NEGLIGIBLE = (1e-16) ** 2
 NEGLIGIBLE_GAP = (1e-17) ** 2
+SMALL = (1e-3) ** 2
 
 
 @compiled(inline=True)
@@ -28,10 +29,18 @@ def _rotation(p, q, x):
     xx = x * x
     if xx <= NEGLIGIBLE * abs(p * q) or xx <= NEGLIGIBLE_GAP * gap * gap:
         return 1.0, 0.0, 0.0
-    # Smaller root of t² + 2θt − 1 = 0 with θ = gap/(2x), written without overflow for tiny x.
-    t = 2.0 * x / (gap + math.copysign(math.sqrt(gap * gap + 4.0 * xx), gap))
-    c = 1.0 / math.sqrt(1.0 + t * t)
-    return c, t * c, t * x
+    if xx <= SMALL * gap * gap:
+        # Series of both to the last bit of a double: one division instead of two and two square roots in a row.
+        t = x / gap
+        rr = t * t
+        t *= 1.0 - rr * (1.0 - 2.0 * rr)
+        rr = t * t
+        c = 1.0 - rr * (0.5 - 0.375 * rr)
+        return c, t * c, t * x
+    # t = 2x/h is the smaller root of t² + 2θt − 1 = 0, θ = gap/(2x); c = 1/√(1 + t²) without waiting for t.
+    h = gap + math.copysign(math.sqrt(gap * gap + 4.0 * xx), gap)
+    n = 1.0 / math.sqrt(h * h + 4.0 * xx)
+    return abs(h) * n, math.copysign(2.0 * n, h) * x, 2.0 * xx / h
 
 
 @compiled(inline=True)

@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from bingham.kernels.compile import compiled
-from bingham.kernels.normalizer import derivatives_2, derivatives_4
+from bingham.kernels.normalizer import derivatives_2, gradient_4
 from bingham.kernels.quaternion import from_rotation_vector, rotate_rows_right
 from bingham.kernels.step import ACCEPTED, MISSING, REJECTED, add_matrix_4, diffuse_4, work_space_4
 
@@ -91,7 +91,7 @@ def run_inertial(z, frame, steps, gyroscope, accelerometer, magnetometer, gyrosc
             rotate_rows_right(frame, turn)
             log_f = diffuse_4(z, -math.expm1(-gyroscope_variance * dt), work)
         else:
-            log_f = math.log(derivatives_4(z, work[0], work[2]))
+            log_f = math.log(gradient_4(z, work[0]))
         # A sample speaks for the time since the last one, but not for a gap.
         share = min(dt, LONGEST_SHARE) if dt > 0.0 else FIRST_SHARE
         keep_evidence[t] = 0.0
@@ -121,7 +121,7 @@ def run_inertial(z, frame, steps, gyroscope, accelerometer, magnetometer, gyrosc
             old_z[:] = z
             old_frame[:] = frame
             top = add_matrix_4(z, frame, matrix, work)
-            log_posterior = math.log(derivatives_4(z, work[0], work[2]))
+            log_posterior = math.log(gradient_4(z, work[0]))
             keep_evidence[t] += log_posterior + top - log_f - log_noise
             keep_statistic[t, sensor] = -2.0 * top
             if -2.0 * top > threshold:

@@ -13,7 +13,7 @@ import math
 import numpy as np
 
 from bingham.kernels.compile import compiled
-from bingham.kernels.normalizer import derivatives_2, derivatives_4
+from bingham.kernels.normalizer import derivatives_2, scalars_4
 from bingham.kernels.rule import log_normalizer_derivatives
 
 __all__ = ["MAX_EVALUATIONS", "concentrations", "concentrations_2", "concentrations_4"]
@@ -51,39 +51,34 @@ def _move(v, step):
 
 
 @compiled()
-def concentrations_4(w, z, gradient, hessian):
+def concentrations_4(w, z):
     """Solve ∇ log F(z) = w for d = 4; w (4,) with its largest entry last, Σw = 1; z (4,) out with z[3] = 0.
 
     Returns (log F, evaluations); evaluations is negative if the tolerance was not reached.
-    gradient (4,) and hessian (4, 4) are work space and hold the derivatives at the last point evaluated.
     """
     _start(w, z)
     v0, v1, v2, vd = z[0], z[1], z[2], z[3]
     top = 0.5 / vd
     z[3] = 0.0
     for evaluation in range(1, MAX_EVALUATIONS + 1):
-        z[0], z[1], z[2] = top - 0.5 / v0, top - 0.5 / v1, top - 0.5 / v2
-        f = derivatives_4(z, gradient, hessian)
-        r0, r1, r2 = w[0] - gradient[0], w[1] - gradient[1], w[2] - gradient[2]
+        z0, z1, z2 = top - 0.5 / v0, top - 0.5 / v1, top - 0.5 / v2
+        f, g0, g1, g2, _, h00, h01, h02, h11, h12, h22 = scalars_4(z0, z1, z2)
+        r0, r1, r2 = w[0] - g0, w[1] - g1, w[2] - g2
         # H dz = r on the three free entries by LDLᵀ.
-        h01, h02, h12 = hessian[0, 1], hessian[0, 2], hessian[1, 2]
-        a = 1.0 / hessian[0, 0]
+        a = 1.0 / h00
         b, c = h01 * a, h02 * a
-        e = 1.0 / (hessian[1, 1] - b * h01)
+        e = 1.0 / (h11 - b * h01)
         g = h12 - b * h02
         h = g * e
         y1 = r1 - b * r0
         y2 = r2 - c * r0 - h * y1
-        d2 = y2 / (hessian[2, 2] - c * h02 - h * g)
+        d2 = y2 / (h22 - c * h02 - h * g)
         d1 = y1 * e - h * d2
         d0 = r0 * a - b * d1 - c * d2
         if abs(r0) < TOLERANCE * w[0] and abs(r1) < TOLERANCE * w[1] and abs(r2) < TOLERANCE * w[2]:
             # The last correction is applied to z itself; log F follows from its gradient and Hessian to second order.
-            z[0] += d0
-            z[1] += d1
-            z[2] += d2
-            first = gradient[0] * d0 + gradient[1] * d1 + gradient[2] * d2
-            return math.log(f) + first + 0.5 * (r0 * d0 + r1 * d1 + r2 * d2), evaluation
+            z[0], z[1], z[2] = z0 + d0, z1 + d1, z2 + d2
+            return math.log(f) + g0 * d0 + g1 * d1 + g2 * d2 + 0.5 * (r0 * d0 + r1 * d1 + r2 * d2), evaluation
         v0 = _move(v0, 2.0 * v0 * v0 * d0)
         v1 = _move(v1, 2.0 * v1 * v1 * d1)
         v2 = _move(v2, 2.0 * v2 * v2 * d2)

@@ -21,7 +21,8 @@ import numpy as np
 
 from bingham.kernels.compile import compiled
 
-__all__ = ["LARGEST", "RULE_DIMENSION", "derivatives", "derivatives_2", "derivatives_4"]
+__all__ = ["LARGEST", "RULE_DIMENSION", "derivatives", "derivatives_2", "derivatives_4",
+           "gradient_4", "scalars_4"]  # fmt: skip
 
 # Largest |z|: products of eight factors stay within the range of a double.
 LARGEST = 1e30
@@ -58,25 +59,23 @@ def _winding(p, q, r):
     return 1.0 if both or none else -1.0
 
 
-@compiled()
-def derivatives_4(z, gradient, hessian):
-    """Return F for d = 4; write ω = ∇ log F and the 4×4 Hessian of log F.
+@compiled(inline=True)
+def scalars_4(z0, z1, z2):
+    """Return F, ω (four scalars) and h00, h01, h02, h11, h12, h22 of the Hessian of log F, for d = 4 and z₃ = 0.
 
-    z (4,) in, its largest entry z[3] = 0: the last row of the Hessian comes from the others and would lose the relative
-    accuracy of a small entry. gradient (4,), hessian (4, 4) out.
+    The compiler drops what a caller does not use.
     """
-    z0, z1, z2, z3 = z[0], z[1], z[2], z[3]
     f = g0 = g1 = g2 = g3 = 0.0
     h00 = h01 = h02 = h11 = h12 = h22 = 0.0
     for k in range(8):
         si = SI[k]
-        a0, a1, a2, a3 = SR[k] - z0, SR[k] - z1, SR[k] - z2, SR[k] - z3
+        a0, a1, a2, a3 = SR[k] - z0, SR[k] - z1, SR[k] - z2, SR[k]
         # One root serves all four factors; the arguments of the pairs tell its branch (see `_winding`).
         pr, pi = a0 * a1 - si * si, si * (a0 + a1)
         qr, qi = a2 * a3 - si * si, si * (a2 + a3)
         m0, m1, m2, m3 = a0 * a0 + si * si, a1 * a1 + si * si, a2 * a2 + si * si, a3 * a3 + si * si
         rr, ri = pr * qr - pi * qi, pr * qi + pi * qr
-        size = math.sqrt(m0 * m1) * math.sqrt(m2 * m3)
+        size = math.sqrt((m0 * m1) * (m2 * m3))
         t = math.sqrt(0.5 * (size + abs(rr)))
         # One division serves the root, its reciprocal and the four reciprocal factors.
         r = 1.0 / (size * t)
@@ -119,21 +118,35 @@ def derivatives_4(z, gradient, hessian):
     g1 *= n
     g2 *= n
     g3 *= n
-    gradient[0], gradient[1], gradient[2], gradient[3] = g0, g1, g2, g3
     n = 0.25 / f
-    h00 = 3.0 * n * h00 - g0 * g0
-    h11 = 3.0 * n * h11 - g1 * g1
-    h22 = 3.0 * n * h22 - g2 * g2
-    h01 = n * h01 - g0 * g1
-    h02 = n * h02 - g0 * g2
-    h12 = n * h12 - g1 * g2
+    h00, h11, h22 = 3.0 * n * h00 - g0 * g0, 3.0 * n * h11 - g1 * g1, 3.0 * n * h22 - g2 * g2
+    h01, h02, h12 = n * h01 - g0 * g1, n * h02 - g0 * g2, n * h12 - g1 * g2
+    return 2.0 * math.pi**2 * f, g0, g1, g2, g3, h00, h01, h02, h11, h12, h22
+
+
+@compiled()
+def gradient_4(z, gradient):
+    """Return F for d = 4; write ω = ∇ log F. z (4,) in, its largest entry z[3] = 0; gradient (4,) out."""
+    f, gradient[0], gradient[1], gradient[2], gradient[3], _, _, _, _, _, _ = scalars_4(z[0], z[1], z[2])
+    return f
+
+
+@compiled()
+def derivatives_4(z, gradient, hessian):
+    """Return F for d = 4; write ω = ∇ log F and the 4×4 Hessian of log F.
+
+    z (4,) in, its largest entry z[3] = 0: the last row of the Hessian comes from the others and would lose the relative
+    accuracy of a small entry. gradient (4,), hessian (4, 4) out.
+    """
+    f, g0, g1, g2, g3, h00, h01, h02, h11, h12, h22 = scalars_4(z[0], z[1], z[2])
+    gradient[0], gradient[1], gradient[2], gradient[3] = g0, g1, g2, g3
     # log F(z + c) = log F(z) + c, hence every row of the Hessian sums to zero.
     h03, h13, h23 = -h00 - h01 - h02, -h01 - h11 - h12, -h02 - h12 - h22
     hessian[0, 0], hessian[0, 1], hessian[0, 2], hessian[0, 3] = h00, h01, h02, h03
     hessian[1, 0], hessian[1, 1], hessian[1, 2], hessian[1, 3] = h01, h11, h12, h13
     hessian[2, 0], hessian[2, 1], hessian[2, 2], hessian[2, 3] = h02, h12, h22, h23
     hessian[3, 0], hessian[3, 1], hessian[3, 2], hessian[3, 3] = h03, h13, h23, -h03 - h13 - h23
-    return 2.0 * math.pi**2 * f
+    return f
 
 
 @compiled()

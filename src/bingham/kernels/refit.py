@@ -23,7 +23,7 @@ def refit(moment, m, least):
     d = moment.shape[0]
     frame = np.ascontiguousarray(m.T)
     b = frame @ moment @ m
-    w, z, gradient, hessian = np.empty(d), np.empty(d), np.empty(d), np.empty((d, d))
+    w, z = np.empty(d), np.empty(d)
     if d == 4:
         diagonalize_4(b, w, frame)
         orthonormalize_4(frame)
@@ -37,9 +37,9 @@ def refit(moment, m, least):
     for i in range(d):
         w[i] /= total
     if d == 4:
-        log_f, evaluations = concentrations_4(w, z, gradient, hessian)
+        log_f, evaluations = concentrations_4(w, z)
     else:
-        log_f, evaluations = concentrations(w, z, gradient, hessian)
+        log_f, evaluations = concentrations(w, z, np.empty(d), np.empty((d, d)))
     return z, np.ascontiguousarray(frame.T), log_f if evaluations > 0 else math.nan, w, smallest
 
 

@@ -10,7 +10,7 @@ import math
 import numpy as np
 
 from bingham.kernels.compile import compiled
-from bingham.kernels.normalizer import derivatives_4
+from bingham.kernels.normalizer import gradient_4
 from bingham.kernels.quaternion import rotate_rows_left, rotate_rows_right
 from bingham.kernels.step import compose_4, update_4, work_space_4
 
@@ -24,7 +24,7 @@ def _tangent_parts(z, frame, left, tangent, work):
     E[e eᵀ] of the vector part e of x ⊗ mode* (left) or mode* ⊗ x (right).
     """
     w = work[0]
-    derivatives_4(z, w, work[2])
+    gradient_4(z, w)
     tangent[:] = 0.0
     s = 1.0 if left else -1.0
     m0, m1, m2, m3 = frame[3, 0], frame[3, 1], frame[3, 2], frame[3, 3]
@@ -74,4 +74,4 @@ def conditioned_spin(spin_z, spin_m, z, m, y, sensor_z, sensor_frame, left):
     compose_4(turn_z, turned, before[3], tangent, weight, False, work)
     new_z, new_frame = spin_z.copy(), spin_m.T.copy()
     update_4(new_z, new_frame, turn_z, turned, work)
-    return new_z, new_frame.T.copy(), math.log(derivatives_4(new_z, work[0], work[2]))
+    return new_z, new_frame.T.copy(), math.log(gradient_4(new_z, work[0]))

@@ -8,7 +8,7 @@ import numpy as np
 
 from bingham.kernels.compile import compiled
 from bingham.kernels.moments import concentrations_2
-from bingham.kernels.normalizer import derivatives_2, derivatives_4
+from bingham.kernels.normalizer import derivatives_2, gradient_4
 from bingham.kernels.quaternion import rotate_rows_left, rotate_rows_right
 from bingham.kernels.step import add_matrix_4, compose_4, diffuse_4, update_2, update_4, work_space_4
 
@@ -41,7 +41,7 @@ def updated_4(z, m, y, sensor_z, sensor_frame, left):
         rotate_rows_left(y, turned)
     work = work_space_4()
     top = update_4(z, frame, sensor_z, turned, work)
-    return z, frame.T.copy(), math.log(derivatives_4(z, work[0], work[2])), top
+    return z, frame.T.copy(), math.log(gradient_4(z, work[0])), top
 
 
 @compiled()
@@ -50,7 +50,7 @@ def added_4(z, m, matrix):
     z, frame = z.copy(), m.T.copy()
     work = work_space_4()
     top = add_matrix_4(z, frame, np.ascontiguousarray(matrix), work)
-    return z, frame.T.copy(), math.log(derivatives_4(z, work[0], work[2])), top
+    return z, frame.T.copy(), math.log(gradient_4(z, work[0])), top
 
 
 @compiled()

@@ -15,7 +15,7 @@ from numba import prange
 from bingham.kernels.compile import compiled
 from bingham.kernels.eigen import diagonalize_4, orthonormalize_4
 from bingham.kernels.moments import concentrations_2, concentrations_4
-from bingham.kernels.normalizer import derivatives_2, derivatives_4
+from bingham.kernels.normalizer import derivatives_2, gradient_4
 from bingham.kernels.quaternion import rotate_rows_left, rotate_rows_right
 
 __all__ = ["ACCEPTED", "MISSING", "REJECTED", "add_matrix_4", "compose_4", "diffuse_4", "run_2", "run_4", "run_many_2",
@@ -26,24 +26,24 @@ ACCEPTED, REJECTED, MISSING = 1, 0, -1
 
 @compiled()
 def work_space_4():
-    """Scratch arrays shared by the d = 4 steps: moments (4,), gradient (4,), Hessian (4, 4), matrix (4, 4)."""
-    return np.empty(4), np.empty(4), np.empty((4, 4)), np.empty((4, 4))
+    """Scratch arrays shared by the d = 4 steps: moments (4,), factors (4, 4), matrix (4, 4)."""
+    return np.empty(4), np.empty((4, 4)), np.empty((4, 4))
 
 
 @compiled()
 def diffuse_4(z, mix, work):
     """Isotropic diffusion: ω ← ω + mix (¼ − ω), mix = 1 − exp(−σ²t); the frame stays. Returns log F."""
-    derivatives_4(z, work[0], work[2])
+    gradient_4(z, work[0])
     return diffuse_known_4(z, mix, work)
 
 
 @compiled()
 def diffuse_known_4(z, mix, work):
     """`diffuse_4` with the moments of z in work[0] already."""
-    w, gradient, hessian, _ = work
+    w = work[0]
     for i in range(4):
         w[i] += mix * (0.25 - w[i])
-    log_f, _ = concentrations_4(w, z, gradient, hessian)
+    log_f, _ = concentrations_4(w, z)
     return log_f
 
 
@@ -58,20 +58,21 @@ def compose_4(z, frame, mode, tangent, weight, left, work):
     a pure unit quaternion e is antisymmetric, and between the axes of an orthonormal quaternion frame its entries are
     ± aₖ·e, where a_j is the vector part of conj(frame[3]) ⊗ frame[j].
     """
-    derivatives_4(z, work[0], work[2])
-    return compose_known_4(z, frame, mode, tangent, weight, left, work)
+    gradient_4(z, work[0])
+    log_f = compose_known_4(z, frame, mode, tangent, weight, left, work)
+    orthonormalize_4(frame)
+    return log_f
 
 
 @compiled()
 def compose_known_4(z, frame, mode, tangent, weight, left, work):
-    """`compose_4` with the moments of z in work[0] already."""
-    w, gradient, hessian, b = work
+    """`compose_4` with the moments of z in work[0] already; rounding drift stays in the frame."""
+    w, a, b = work  # rows of a: a_0, a_1, a_2
     if left:
         rotate_rows_left(mode, frame)
     else:
         rotate_rows_right(frame, mode)
     s = -1.0 if left else 1.0
-    a = hessian  # rows: a_0, a_1, a_2
     m0, m1, m2, m3 = frame[3, 0], frame[3, 1], frame[3, 2], frame[3, 3]
     for j in range(3):
         q0, q1, q2, q3 = frame[j, 0], frame[j, 1], frame[j, 2], frame[j, 3]
@@ -106,8 +107,7 @@ def compose_known_4(z, frame, mode, tangent, weight, left, work):
     b[1, 3] = s * (w0 - w2) * q02
     b[2, 3] = s * (w1 - w0) * q01
     diagonalize_4(b, w, frame)
-    orthonormalize_4(frame)
-    log_f, _ = concentrations_4(w, z, gradient, hessian)
+    log_f, _ = concentrations_4(w, z)
     return log_f
 
 
@@ -123,7 +123,7 @@ def _times(t, x, y, z):
 @compiled()
 def _posterior_4(z, frame, work):
     """Diagonalise b = diag z + likelihood (in the frame), write z and frame; return the largest eigenvalue."""
-    b = work[3]
+    b = work[2]
     b[0, 0] += z[0]
     b[1, 1] += z[1]
     b[2, 2] += z[2]
@@ -144,7 +144,7 @@ def update_4(z, frame, likelihood_z, likelihood_frame, work):
 
     Posterior A + L in place (Kurz et al. 2014, eq. 53). log F(A + L) = log F(z) + the returned value.
     """
-    c, b = work[2], work[3]
+    _, c, b = work
     for i in range(4):
         for m in range(4):
             c[i, m] = (
@@ -167,7 +167,7 @@ def update_4(z, frame, likelihood_z, likelihood_frame, work):
 @compiled()
 def add_matrix_4(z, frame, matrix, work):
     """Multiply by exp(xᵀ L x) for a symmetric L (4, 4) with largest eigenvalue 0; as `update_4`."""
-    c, b = work[2], work[3]
+    _, c, b = work
     for i in range(4):
         for k in range(4):
             c[i, k] = (
@@ -200,7 +200,7 @@ def run_4(z, frame, controls, mixes, mode, tangent, weight, left, measurements, 
     known = False
     for t in range(steps):
         if not known:
-            derivatives_4(z, work[0], work[2])
+            gradient_4(z, work[0])
         if controls.shape[0] > 0:
             if left:
                 rotate_rows_left(controls[t], frame)
@@ -211,12 +211,13 @@ def run_4(z, frame, controls, mixes, mode, tangent, weight, left, measurements, 
         elif mixes[t] > 0.0:
             log_f = diffuse_known_4(z, mixes[t], work)
         else:
-            log_f = math.log(derivatives_4(z, work[0], work[2]))
+            log_f = math.log(gradient_4(z, work[0]))
         row = t if keep_z.shape[0] == steps else 0
         y = measurements[t]
         if math.isnan(y[0] + y[1] + y[2] + y[3]):
             evidence, statistic, decision = 0.0, math.nan, MISSING
             known = False
+            orthonormalize_4(frame)
         else:
             turned[:] = sensor_frame
             if left:
@@ -227,7 +228,7 @@ def run_4(z, frame, controls, mixes, mode, tangent, weight, left, measurements, 
             old_frame[:] = frame
             top = update_4(z, frame, sensor_z, turned, work)
             statistic = -2.0 * top
-            evidence = math.log(derivatives_4(z, work[0], work[2])) + top - log_f - sensor_log_f
+            evidence = math.log(gradient_4(z, work[0])) + top - log_f - sensor_log_f
             decision = ACCEPTED
             known = True
             if statistic > threshold:
@@ -235,6 +236,7 @@ def run_4(z, frame, controls, mixes, mode, tangent, weight, left, measurements, 
                 known = False
                 z[:] = old_z
                 frame[:] = old_frame
+                orthonormalize_4(frame)
         keep_z[row] = z
         keep_frame[row] = frame
         keep_evidence[row] = evidence
