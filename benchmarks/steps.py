@@ -71,10 +71,13 @@ def batches() -> list[Row]:
     topic = "10 000 filters, d = 4"
     f, prior, y = case(4, count * steps)
     many = y.reshape(count, steps, 4)
-    seconds = {}
-    for threads in (1, min(2, numba.config.NUMBA_NUM_THREADS)):
-        numba.set_num_threads(threads)
-        seconds[threads] = best_of(lambda: f.run(prior, many, keep="last"), per=count * steps, clock=perf_counter)
+    seconds: dict[int, float] = {}
+    # In turns: a busy moment of the machine then meets both.
+    for _ in range(4):
+        for threads in (1, min(2, numba.config.NUMBA_NUM_THREADS)):
+            numba.set_num_threads(threads)
+            took = best_of(lambda: f.run(prior, many, keep="last"), per=count * steps, clock=perf_counter)
+            seconds[threads] = min(took, seconds.get(threads, took))
     numba.set_num_threads(1)
     rows = [Row(topic, "bingham, `run`, one thread", seconds[1], "filter-step", True, BATCH_LIMIT)]
     if 2 in seconds:

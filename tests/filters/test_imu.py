@@ -154,7 +154,9 @@ def test_stream_equals_run_with_sensors_at_their_own_rates():
             stream.magnetometer(t, r.magnetometer[k])
         np.testing.assert_allclose(stream.orientation, track.modes[k], rtol=0, atol=1e-12)
     np.testing.assert_allclose(stream.covariance(frame="world"), track.covariance(frame="world")[-1], rtol=1e-10)
-    np.testing.assert_allclose(stream.covariance(frame="body"), track.covariance(frame="body")[-1], rtol=1e-10, atol=1e-15)
+    np.testing.assert_allclose(
+        stream.covariance(frame="body"), track.covariance(frame="body")[-1], rtol=1e-10, atol=1e-15
+    )
     assert set(track.reasons()) >= {"used", "repeats the sample before", "no sample"}
 
 
