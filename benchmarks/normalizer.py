@@ -24,14 +24,14 @@ def spectra(count: int, d: int = 4) -> np.ndarray:
 
 def measure() -> list[Row]:
     """Return the rows of this topic."""
-    from bingham.kernels.batch import batch_derivatives
+    from bingham.kernels.lanes import derivatives_lanes_4
 
     n = 100_000
     z = spectra(n)
     out = (np.empty(n), np.empty((n, 4)), np.empty((n, 4, 4)))
     numba.set_num_threads(1)
     rows = [
-        Row(TOPIC, "bingham, compiled batch", best_of(lambda: batch_derivatives(z, *out), per=n), "law", True, 1e-7),
+        Row(TOPIC, "bingham, compiled batch", best_of(lambda: derivatives_lanes_4(z, *out), per=n), "law", True, 1e-7),
         Row(
             TOPIC, "bingham, `log_normalizer_derivatives`", best_of(lambda: log_normalizer_derivatives(z), per=n), "law"
         ),

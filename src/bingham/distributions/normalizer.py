@@ -9,9 +9,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from bingham.errors import AccuracyWarning, ConvergenceError, InvalidArgumentError
-from bingham.kernels.batch import CHUNK, batch_concentrations, batch_derivatives, concentrations_rows, derivatives_rows
+from bingham.kernels.batch import concentrations_rows, concentrations_rows_4, derivatives_rows
 from bingham.kernels.contour import log_normalizer_array
+from bingham.kernels.lanes import derivatives_lanes_4
 from bingham.kernels.normalizer import LARGEST
+from bingham.kernels.threads import by_rows
 
 __all__ = ["concentrations", "log_normalizer", "log_normalizer_derivatives", "moments", "solve_moments"]
 
@@ -35,6 +37,12 @@ def _rows(x: ArrayLike, name: str) -> FloatArray:
             stacklevel=3,
         )
     return a
+
+
+def _refusal(row: FloatArray) -> InvalidArgumentError:
+    if not np.all(np.isfinite(row)):
+        return InvalidArgumentError("z", "finite concentrations", row[~np.isfinite(row)][0])
+    return InvalidArgumentError("z", f"concentrations that differ by at most {LARGEST:g}", row.min() - row.max())
 
 
 def log_normalizer(z: Any) -> Any:
@@ -82,13 +90,10 @@ def log_normalizer_derivatives(z: ArrayLike) -> tuple[FloatArray, FloatArray, Fl
     rows = np.ascontiguousarray(a.reshape(-1, a.shape[-1]))
     n, d = rows.shape
     log_f, gradient, hessian = np.empty(n), np.empty((n, d)), np.empty((n, d, d))
-    kernel = derivatives_rows if n < 2 * CHUNK else batch_derivatives
-    bad = kernel(rows, log_f, gradient, hessian)
-    if bad >= 0:
-        if not np.all(np.isfinite(rows[bad])):
-            raise InvalidArgumentError("z", "finite concentrations", rows[bad][~np.isfinite(rows[bad])][0])
-        expected = f"concentrations that differ by at most {LARGEST:g}"
-        raise InvalidArgumentError("z", expected, rows[bad].min() - rows[bad].max())
+    kernel = derivatives_lanes_4 if d == 4 else derivatives_rows
+    for start, found in by_rows(kernel, rows, log_f, gradient, hessian):
+        if found >= 0:
+            raise _refusal(rows[start + found])
     shape = a.shape[:-1]
     return log_f.reshape(shape)[()], gradient.reshape(a.shape), hessian.reshape(*a.shape, d)
 
@@ -161,8 +166,7 @@ def solve_moments(w: ArrayLike) -> tuple[FloatArray, FloatArray, NDArray[np.int6
     d = a.shape[-1]
     rows = np.ascontiguousarray((a / total).reshape(-1, d))
     z, log_f, evaluations = np.empty_like(rows), np.empty(len(rows)), np.empty(len(rows), dtype=np.int64)
-    kernel = concentrations_rows if len(rows) < 2 * CHUNK else batch_concentrations
-    kernel(rows, z, log_f, evaluations)
+    by_rows(concentrations_rows_4 if d == 4 else concentrations_rows, rows, z, log_f, evaluations)
     if np.any(evaluations < 0):
         worst_row = int(np.argmin(evaluations))
         raise ConvergenceError(

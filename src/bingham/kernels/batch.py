@@ -3,22 +3,14 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import prange
 
 from bingham.kernels.compile import compiled
 from bingham.kernels.eigen import diagonalize_4, orthonormalize_4
-from bingham.kernels.lanes import derivatives_lanes_4
 from bingham.kernels.moments import concentrations, concentrations_4
 from bingham.kernels.normalizer import LARGEST
 from bingham.kernels.rule import log_normalizer_derivatives
 
-__all__ = ["CHUNK", "batch_concentrations", "batch_derivatives", "concentrations_rows", "derivatives_rows",
-           "diagonalize_rows_4"]  # fmt: skip
-
-# Rows that one thread takes at a time; fewer than twice as many are not worth waking threads for.
-CHUNK = 256
-# Below this many rows the lanes of `derivatives_lanes_4` stay half empty.
-FEW = 16
+__all__ = ["concentrations_rows", "concentrations_rows_4", "derivatives_rows", "diagonalize_rows_4"]
 
 
 @compiled()
@@ -36,11 +28,9 @@ def _largest_last(x):
 def derivatives_rows(z, log_f, gradient, hessian):
     """For each row of z (n, d), any order and offset: log F (n,), ω (n, d), Hessian of log F (n, d, d), all written.
 
-    Returns the first row that is not finite or spans more than `LARGEST`, or −1.
+    Returns the first row that is not finite or spans more than `LARGEST`, or −1. `derivatives_lanes_4` is for d = 4.
     """
     n, d = z.shape
-    if d == 4 and n >= FEW:
-        return derivatives_lanes_4(z, log_f, gradient, hessian)
     for k in range(n):
         g, h = gradient[k], hessian[k]
         x = z[k].copy()
@@ -59,43 +49,30 @@ def derivatives_rows(z, log_f, gradient, hessian):
     return -1
 
 
-@compiled(parallel=True)
-def batch_derivatives(z, log_f, gradient, hessian):
-    """`derivatives_rows` on all cores; returns any row of those that are not valid, or −1."""
-    n = z.shape[0]
-    bad = -1
-    for c in prange((n + CHUNK - 1) // CHUNK):
-        rows = slice(c * CHUNK, min(n, (c + 1) * CHUNK))
-        found = derivatives_rows(z[rows], log_f[rows], gradient[rows], hessian[rows])
-        bad = max(bad, found + c * CHUNK if found >= 0 else -1)
-    return bad
-
-
 @compiled()
 def concentrations_rows(w, z, log_f, evaluations):
     """For each row of w (n, d), any order, Σ = 1: z (n, d) with ∇ log F(z) = w, log F (n,), evaluations (n,).
 
-    Negative evaluations mark rows that did not converge.
+    Negative evaluations mark rows that did not converge. `concentrations_rows_4` is for d = 4.
     """
     n, d = w.shape
     gradient, hessian = np.empty(d), np.empty((d, d))
     for k in range(n):
         x = w[k].copy()
         i = _largest_last(x)
-        if d == 4:
-            log_f[k], evaluations[k] = concentrations_4(x, z[k])
-        else:
-            log_f[k], evaluations[k] = concentrations(x, z[k], gradient, hessian)
+        log_f[k], evaluations[k] = concentrations(x, z[k], gradient, hessian)
         z[k, i], z[k, d - 1] = z[k, d - 1], z[k, i]
 
 
-@compiled(parallel=True)
-def batch_concentrations(w, z, log_f, evaluations):
-    """`concentrations_rows` on all cores."""
-    n = w.shape[0]
-    for c in prange((n + CHUNK - 1) // CHUNK):
-        rows = slice(c * CHUNK, min(n, (c + 1) * CHUNK))
-        concentrations_rows(w[rows], z[rows], log_f[rows], evaluations[rows])
+@compiled()
+def concentrations_rows_4(w, z, log_f, evaluations):
+    """`concentrations_rows` for d = 4."""
+    x = np.empty(4)
+    for k in range(w.shape[0]):
+        x[:] = w[k]
+        i = _largest_last(x)
+        log_f[k], evaluations[k] = concentrations_4(x, z[k])
+        z[k, i], z[k, 3] = z[k, 3], z[k, i]
 
 
 @compiled()

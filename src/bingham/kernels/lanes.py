@@ -16,7 +16,7 @@ from bingham.kernels.normalizer import CI, CR, LARGEST, SI, SR
 
 __all__ = ["LANES", "derivatives_lanes_4"]
 
-LANES = 32
+LANES = 16
 ROWS = 14
 # Offsets of the rows.
 F, G0, G1, G2, G3 = 3 * LANES, 4 * LANES, 5 * LANES, 6 * LANES, 7 * LANES
