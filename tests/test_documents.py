@@ -81,3 +81,27 @@ def test_public_names_resolve_and_are_documented():
 
     for name in bingham.__all__:
         assert name == "__version__" or getattr(bingham, name).__doc__, name
+
+
+def test_every_command_and_option_is_described():
+    typer_main = pytest.importorskip("typer.main")
+    from bingham.cli.main import app
+
+    page = (ROOT / "docs/command-line.rst").read_text(encoding="utf-8")
+    sections = dict(re.findall(r"^\.\. program:: bingham (\w+)\n(.*?)(?=^\.\. program::|\Z)", page, re.M | re.S))
+    commands = typer_main.get_command(app).commands
+    assert sections.keys() == commands.keys()
+    for name, text in sections.items():
+        described = {
+            w
+            for line in re.findall(r"^\.\. option:: (.*)", text, re.M)
+            for w in re.findall(r"(?<!\S)--?\w[\w-]*", line)
+        }
+        existing = {
+            o for p in commands[name].params if p.param_type_name == "option" for o in (*p.opts, *p.secondary_opts)
+        }
+        assert described == existing, name
+        arguments = {
+            (p.metavar or p.name.upper()).rstrip(".") for p in commands[name].params if p.param_type_name == "argument"
+        }
+        assert arguments <= set(re.findall(r"^\.\. option:: ([A-Z]+)$", text, re.M)), name
