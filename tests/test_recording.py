@@ -5,6 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 
+from bingham import Bingham, BinghamFilter, Diffusion
 from bingham.errors import InvalidArgumentError
 from bingham.recording import ImuRecording, OrientationRecording
 
@@ -79,3 +80,58 @@ def test_violations_name_argument_expectation_and_value(build, changes, argument
     with pytest.raises(InvalidArgumentError, match=words) as caught:
         build(**changes)
     assert str(caught.value).startswith(f"{argument}: expected ")
+
+
+NANOSECONDS = 1_700_000_000_000_000_000 + 5_000_000 * np.arange(10)
+MULTIPLY = "Multiply by 1e-"
+
+
+@pytest.mark.parametrize(
+    ("times", "message"),
+    [
+        (NANOSECONDS, r"expected seconds, got 1.7e\+18 .*nanoseconds\? Multiply by 1e-9"),
+        (NANOSECONDS.astype(float), r"nanoseconds\? Multiply by 1e-9"),
+        (NANOSECONDS // 1000, r"microseconds\? Multiply by 1e-6"),
+        (NANOSECONDS // 1_000_000, r"milliseconds\? Multiply by 1e-3"),
+        (NANOSECONDS - NANOSECONDS[0], r"whole numbers in steps of 5e\+06.*Multiply by 1e-9"),
+        (NANOSECONDS.astype("datetime64[ns]"), "expected float seconds, got datetime64.*np.timedelta64"),
+        ((NANOSECONDS - NANOSECONDS[0]).astype("timedelta64[ns]"), "expected float seconds, got timedelta64"),
+    ],
+)
+def test_times_that_cannot_be_seconds(times, message):
+    rows = np.tile([1.0, 0.0, 0.0, 0.0], (10, 1))
+    narrow = Bingham.from_covariance([1.0, 0, 0, 0], 1e-2 * np.eye(3), frame="body")
+    with pytest.raises(InvalidArgumentError, match="times: .*" + message):
+        BinghamFilter(Diffusion(0.1), narrow).run(Bingham.uniform(4), rows, times=times)
+    with pytest.raises(InvalidArgumentError, match="time: .*" + message):
+        OrientationRecording("x", times, rows)
+    with pytest.raises(InvalidArgumentError, match=r"time: expected (float )?seconds"):
+        ImuRecording("x", times, np.zeros((10, 3)))
+
+
+@pytest.mark.parametrize("unit", [1, 1000])
+def test_a_gyroscope_is_not_read_every_hour(unit):
+    times = (NANOSECONDS - NANOSECONDS[0]) / unit  # nano- and microseconds, as floats
+    with pytest.raises(
+        InvalidArgumentError, match="time: expected seconds of a gyroscope, got steps of 5.*" + MULTIPLY
+    ):
+        ImuRecording("x", times, np.zeros((10, 3)))
+
+
+@pytest.mark.parametrize(
+    "times",
+    [
+        np.arange(10),
+        86_400 * np.arange(10),  # daily
+        604_800.0 * np.arange(10),  # weekly: as floats
+        1_700_000_000 + 3600 * np.arange(10),  # since 1970
+        6.3e10 + np.arange(10),  # since the year 1
+        -1e9 + np.arange(10.0),
+        [0, 1e7, *range(10_000_001, 10_000_009)],  # a long gap
+    ],
+)
+def test_seconds_are_seconds(times):
+    rows = np.tile([1.0, 0.0, 0.0, 0.0], (10, 1))
+    np.testing.assert_array_equal(OrientationRecording("x", times, rows).time, times)
+    if np.median(np.diff(times)) < 100:
+        assert ImuRecording("x", times, np.zeros((10, 3))).size == 10

@@ -15,10 +15,18 @@ from numpy.typing import ArrayLike, NDArray
 
 from bingham.errors import InvalidArgumentError
 
-__all__ = ["ImuRecording", "OrientationRecording", "RowError"]
+__all__ = ["ImuRecording", "OrientationRecording", "RowError", "as_seconds"]
 
 # Rows further from unit length than float32 rounding explains are not orientations.
 UNIT_TOLERANCE = 1e-6
+
+# Times that cannot be seconds. Seconds since any epoch in use stay far below the first, in 5138 they reach 1e11 since
+# 1970; milliseconds since 1970 are above it since 2001.
+NEVER_SECONDS = 1e12
+# Whole numbers that usually lie more than a day apart are nanoseconds (rates up to 10 kHz), unless given as floats.
+LONG_STEP = 1e5
+# A gyroscope that is read so seldom tells nothing of the motion between.
+LONG_GYROSCOPE_STEP = 100.0
 
 
 class RowError(InvalidArgumentError):
@@ -29,6 +37,47 @@ class RowError(InvalidArgumentError):
         self.problem = f"expected {expected}, got {got}"
         self.remedy = remedy
         super().__init__(argument, expected, f"{got} at index {index}", remedy)
+
+
+def as_seconds(values: ArrayLike, name: str = "time", longest_step: float | None = None) -> NDArray[np.float64]:
+    """Return times as an own array of floats.
+
+    Parameters
+    ----------
+    values : array_like, shape (N,)
+        Seconds.
+    name : str
+        What to call them in messages.
+    longest_step : float, optional
+        Median step that refutes seconds, whatever the type of the numbers.
+
+    Raises
+    ------
+    RowError
+        If they are dates or cannot be seconds: above 1e12, or whole numbers usually more than 1e5 apart.
+    """
+    raw = np.asarray(values)
+    if raw.dtype.kind in "mM":
+        remedy = "divide by np.timedelta64(1, 's'), dates after subtracting the first"
+        raise RowError(name, 0, "float seconds", f"{raw.dtype}", remedy)
+    time = _floats(name, values)
+    if time.ndim != 1 or not len(time):
+        return time
+    largest = int(np.argmax(np.where(np.isfinite(time), np.abs(time), 0.0)))
+    if abs(time[largest]) >= NEVER_SECONDS and np.isfinite(time[largest]):
+        unit = next(u for u, least in (("nano", 1e17), ("micro", 1e14), ("milli", 0.0)) if abs(time[largest]) >= least)
+        factor = {"nano": "1e-9", "micro": "1e-6", "milli": "1e-3"}[unit]
+        raise RowError(
+            name, largest, "seconds", f"{time[largest]:.6g}", f"are these {unit}seconds? Multiply by {factor}"
+        )
+    step = float(np.median(np.diff(time))) if len(time) > 1 else 0.0
+    if longest_step is not None and step >= longest_step:
+        remedy = "are these nano- or microseconds? Multiply by 1e-9 or 1e-6"
+        raise RowError(name, 1, "seconds of a gyroscope", f"steps of {step:.6g}", remedy)
+    if raw.dtype.kind in "iu" and step >= LONG_STEP:
+        remedy = "are these nanoseconds? Multiply by 1e-9; seconds so far apart are taken as floats"
+        raise RowError(name, 1, "seconds", f"whole numbers in steps of {step:.6g}", remedy)
+    return time
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -156,7 +205,7 @@ class ImuRecording:
     earth_frame: str = "ENU"
 
     def __post_init__(self) -> None:
-        time = _times(self.time)
+        time = _times(self.time, LONG_GYROSCOPE_STEP)
         size = len(time)
         _store(
             self,
@@ -206,8 +255,8 @@ def _floats(name: str, values: ArrayLike) -> NDArray[np.float64]:
         raise InvalidArgumentError(name, "an array of numbers", type(values).__name__) from None
 
 
-def _times(values: ArrayLike) -> NDArray[np.float64]:
-    time = _floats("time", values)
+def _times(values: ArrayLike, longest_step: float | None = None) -> NDArray[np.float64]:
+    time = as_seconds(values, "time", longest_step)
     if time.ndim != 1 or not len(time):
         raise InvalidArgumentError("time", "shape (N,) with N ≥ 1", f"shape {time.shape}")
     finite = np.isfinite(time)

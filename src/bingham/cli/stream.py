@@ -13,6 +13,7 @@ from types import FrameType
 from typing import TYPE_CHECKING, TextIO
 
 from bingham.errors import BinghamError, InvalidArgumentError, RecordingError
+from bingham.recording import NEVER_SECONDS
 
 if TYPE_CHECKING:
     from bingham.filters.imu_events import ImuStream
@@ -80,6 +81,8 @@ def _feed(stream: ImuStream, text: str) -> float:
         time, *vector = map(float, numbers)
     except ValueError:
         raise InvalidArgumentError("line", "four numbers after the sensor", repr(text[:60])) from None
+    if abs(time) >= NEVER_SECONDS:
+        raise InvalidArgumentError("line", "TIME in seconds", repr(text[:60]), "is it in nano- or milliseconds?")
     getattr(stream, SENSORS[sensor.lower()])(time, vector)
     return time
 

@@ -15,6 +15,7 @@ from bingham.filters.track import Track
 from bingham.kernels import step
 from bingham.models.motion import Diffusion, Gyroscope, KnownRotation, MotionModel, NoisyIdentity, diffusion_mix
 from bingham.models.sensors import OrientationSensor, Sensor
+from bingham.recording import as_seconds
 from bingham.rotations import UNIT_TOLERANCE, from_rotation_vector
 
 __all__ = ["run_conjugate", "time_steps"]
@@ -24,7 +25,7 @@ FloatArray = NDArray[np.float64]
 
 def time_steps(times: ArrayLike, start_time: float | None, count: int) -> FloatArray:
     """Return the seconds (T,) before each of ``count`` times, the first counted from start_time."""
-    t = np.asarray(times, dtype=np.float64)
+    t = as_seconds(times, "times")
     if t.shape != (count,):
         raise InvalidArgumentError("times", f"shape ({count},), one for each measurement", t.shape)
     steps = np.diff(t, prepend=t[:1] if start_time is None else start_time)
