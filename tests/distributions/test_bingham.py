@@ -209,6 +209,13 @@ def test_order_of_entries_is_free():
     (lambda: concentrations([0.0, 1.0]), "w: expected positive"),
     (lambda: concentrations([0.6, 0.6]), "w: expected rows with sum 1"),
     (lambda: moments([[np.inf, 0.0]]), "z: expected finite"),
+    (lambda: Bingham.fit(Bingham.uniform(4).rvs(30, rng=1).T), r"x: .*\(4, 30\) with unit vectors as columns; .*x.T"),
+    (lambda: Bingham(np.eye(4), [-3.0, -2.0, -1.0, 0.0]), r"M: expected shape .*; z comes first: Bingham\(z, M\)"),
+    (lambda: Bingham([-9.0, -9.0, -9.0, 0.0], IDENTITY_LAST).covariance(), "frame: expected frame=.body. or"),
+    (lambda: Bingham([-9.0, -9.0, -9.0, 0.0], IDENTITY_LAST).covariance("body"), "frame: .*got .body. without"),
+    (lambda: Bingham.from_covariance([1.0, 0, 0, 0], np.eye(3) / 9), "frame: .* got none; name the axes"),
+    (lambda: Bingham.from_covariance([1.0, 0, 0, 0], np.diag([9.0, 9.0, 25.0]), frame="body"),
+     r"covariance: .*variances from 9 to 25 rad²; multiply degrees² by \(π/180\)²"),
 ])  # fmt: skip
 def test_bad_input_is_named(call, message):
     with pytest.raises(InvalidArgumentError, match=message):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -11,9 +11,12 @@ from bingham.errors import InvalidArgumentError
 from bingham.kernels.batch import diagonalize_rows_4
 from bingham.kernels.normalizer import LARGEST
 from bingham.kernels.single import composed_2, composed_4
-from bingham.rotations import compose, conjugate
+from bingham.rotations import UNIT_TOLERANCE, compose, conjugate, unit_rows
 
-__all__ = ["NoiseParts", "compose_spectra", "noise_parts", "sorted_spectrum", "spectral"]
+if TYPE_CHECKING:
+    from scipy.spatial.transform import Rotation
+
+__all__ = ["NoiseParts", "compose_spectra", "noise_parts", "sample_rows", "sorted_spectrum", "spectral"]
 
 FloatArray = NDArray[np.float64]
 
@@ -39,7 +42,9 @@ def sorted_spectrum(z: ArrayLike, frame: ArrayLike) -> tuple[FloatArray, FloatAr
         raise InvalidArgumentError("z", "shape (..., d) with d >= 2", a.shape)
     d = a.shape[-1]
     if m.ndim < 2 or m.shape[-2:] != (d, d):
-        raise InvalidArgumentError("M", f"shape (..., {d}, {d}) to go with z of shape {a.shape}", m.shape)
+        swapped = a.ndim >= 2 and a.shape[-2] == d and m.shape == a.shape[:-1]
+        remedy = "z comes first: Bingham(z, M)" if swapped else ""
+        raise InvalidArgumentError("M", f"shape (..., {d}, {d}) to go with z of shape {a.shape}", m.shape, remedy)
     if not np.all(np.isfinite(a)) or np.any(np.ptp(a, axis=-1) > LARGEST):
         raise InvalidArgumentError("z", f"finite concentrations that differ by at most {LARGEST:g}", a)
     gram = np.swapaxes(m, -1, -2) @ m
@@ -59,6 +64,21 @@ def sorted_spectrum(z: ArrayLike, frame: ArrayLike) -> tuple[FloatArray, FloatAr
     # One Newton step towards the nearest orthogonal matrix removes the rounding of typed or stored digits.
     m = m @ (1.5 * np.eye(d) - 0.5 * (np.swapaxes(m, -1, -2) @ m))
     return np.ascontiguousarray(a - a[..., -1:]), np.ascontiguousarray(m)
+
+
+def sample_rows(x: ArrayLike | Rotation) -> FloatArray:
+    """Return unit vectors as rows (..., n, d); columns of unit length get an error of their own."""
+    try:
+        a = unit_rows(x, None, "x")
+    except InvalidArgumentError:
+        columns = np.asarray(x, dtype=np.float64)
+        if columns.ndim >= 2 and np.all(np.abs(np.linalg.norm(columns, axis=-2) - 1.0) <= UNIT_TOLERANCE):
+            got = f"shape {columns.shape} with unit vectors as columns"
+            raise InvalidArgumentError("x", "samples as rows, shape (..., n, d)", got, "transpose it: x.T") from None
+        raise
+    if a.ndim < 2:
+        raise InvalidArgumentError("x", "samples as rows, shape (..., n, d)", a.shape)
+    return a
 
 
 def spectral(matrix: ArrayLike, name: str) -> tuple[FloatArray, FloatArray]:

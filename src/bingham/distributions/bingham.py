@@ -7,9 +7,15 @@ from typing import TYPE_CHECKING, Any, Literal, NamedTuple, NoReturn, Self
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from bingham.distributions.algebra import compose_spectra, noise_parts, sorted_spectrum, spectral
+from bingham.distributions.algebra import compose_spectra, noise_parts, sample_rows, sorted_spectrum, spectral
 from bingham.distributions.normalizer import log_normalizer, log_normalizer_derivatives, solve_moments
-from bingham.distributions.uncertainty import covariance, credible_angle, moment_from_covariance, standard_errors
+from bingham.distributions.uncertainty import (
+    covariance,
+    credible_angle,
+    frame_required,
+    moment_from_covariance,
+    standard_errors,
+)
 from bingham.errors import InvalidArgumentError
 from bingham.kernels.envelope import sample
 from bingham.rotations import compose, conjugate, unit_rows
@@ -162,9 +168,7 @@ class Bingham:
         InvalidArgumentError
             If x or the weights are malformed, or the sample lies on a smaller sphere (fewer than d different axes).
         """
-        a = unit_rows(x, None, "x")
-        if a.ndim < 2:
-            raise InvalidArgumentError("x", "samples as rows, shape (..., n, d)", a.shape)
+        a = sample_rows(x)
         n = a.shape[-2]
         if weights is None:
             w = np.full(a.shape[:-1], 1.0 / max(n, 1))
@@ -382,6 +386,7 @@ class Bingham:
         """
         return credible_angle(self._z, p)
 
+    @frame_required
     def covariance(
         self, *, frame: Literal["body", "world"], undefined: Literal["raise", "nan"] = "raise"
     ) -> FloatArray:
@@ -401,6 +406,7 @@ class Bingham:
         return covariance(self._M, self.axis_moments, frame, undefined)
 
     @classmethod
+    @frame_required
     def from_covariance(
         cls, mode: ArrayLike | Rotation, covariance: ArrayLike, *, frame: Literal["body", "world"]
     ) -> Self:

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
-from typing import Any
+from collections.abc import Callable
+from functools import wraps
+from typing import Any, ParamSpec, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -13,9 +15,18 @@ from bingham.distributions.normalizer import log_normalizer, log_normalizer_deri
 from bingham.errors import InvalidArgumentError
 from bingham.rotations import compose, conjugate
 
-__all__ = ["colatitude_density", "covariance", "credible_angle", "moment_from_covariance", "standard_errors"]
+__all__ = [
+    "colatitude_density",
+    "covariance",
+    "credible_angle",
+    "frame_required",
+    "moment_from_covariance",
+    "standard_errors",
+]
 
 FloatArray = NDArray[np.float64]
+P = ParamSpec("P")
+R = TypeVar("R")
 
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(48)
 # The part of the tail beyond the point where the density along the weakest axis is e^{-TAIL} is below rounding.
@@ -74,6 +85,20 @@ def credible_angle(z: FloatArray, p: ArrayLike) -> Any:
     return out.reshape(shape)[()]
 
 
+def frame_required(function: Callable[P, R]) -> Callable[P, R]:
+    """Refuse calls without ``frame=`` in the words of every other mistake, not with Python's bare TypeError."""
+
+    @wraps(function)
+    def asking(*args: P.args, **kwargs: P.kwargs) -> R:
+        if "frame" not in kwargs:
+            got = f"{args[-1]!r} without the name" if isinstance(args[-1], str) else "none"
+            remedy = "name the axes of the small rotation; there is no default"
+            raise InvalidArgumentError("frame", "frame='body' or frame='world'", got, remedy)
+        return function(*args, **kwargs)
+
+    return asking
+
+
 def _frame_is_named(frame: str) -> bool:
     if frame not in ("body", "world"):
         raise InvalidArgumentError("frame", "'body' or 'world'", repr(frame), "name the axes of the small rotation")
@@ -119,8 +144,8 @@ def moment_from_covariance(mode: FloatArray, c: ArrayLike, frame: str) -> tuple[
         raise InvalidArgumentError(
             "covariance",
             "positive definite with a trace small enough for a mode (below about 2 rad²)",
-            a,
-            "start from a girdle or the uniform law instead",
+            f"variances from {values.min():.4g} to {values.max():.4g} rad²",
+            "multiply degrees² by (π/180)²; for angles that may be anything start from a girdle or the uniform law",
         )
     # Descending variance is ascending moment order reversed: rows from the narrowest to the widest, then the mode.
     e = np.concatenate([np.zeros((*values.shape, 1)), np.swapaxes(vectors, -1, -2)], axis=-1)

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bingham.distributions.bingham import Bingham
+from bingham.distributions.uncertainty import frame_required
 from bingham.rotations import continuous
 
 __all__ = ["Track"]
@@ -92,6 +93,7 @@ class Track:
             for c, s in zip(self.decision, self.statistic, strict=True)
         ]
 
+    @frame_required
     def covariance(self, *, frame: Literal["body", "world"]) -> FloatArray:
         """Return 3×3 covariances (..., T, 3, 3), rad², NaN where undefined; see `Bingham.covariance`."""
         return self.laws.covariance(frame=frame, undefined="nan")
