@@ -91,7 +91,7 @@ def log_normalizer_derivatives(z: ArrayLike) -> tuple[FloatArray, FloatArray, Fl
     n, d = rows.shape
     log_f, gradient, hessian = np.empty(n), np.empty((n, d)), np.empty((n, d, d))
     kernel = derivatives_lanes_4 if d == 4 else derivatives_rows
-    for start, found in by_rows(kernel, rows, log_f, gradient, hessian):
+    for start, found in by_rows(kernel, rows, log_f, gradient, hessian, row_us=0.1):
         if found >= 0:
             raise _refusal(rows[start + found])
     shape = a.shape[:-1]
@@ -166,7 +166,7 @@ def solve_moments(w: ArrayLike) -> tuple[FloatArray, FloatArray, NDArray[np.int6
     d = a.shape[-1]
     rows = np.ascontiguousarray((a / total).reshape(-1, d))
     z, log_f, evaluations = np.empty_like(rows), np.empty(len(rows)), np.empty(len(rows), dtype=np.int64)
-    by_rows(concentrations_rows_4 if d == 4 else concentrations_rows, rows, z, log_f, evaluations)
+    by_rows(concentrations_rows_4 if d == 4 else concentrations_rows, rows, z, log_f, evaluations, row_us=0.4)
     if np.any(evaluations < 0):
         worst_row = int(np.argmin(evaluations))
         raise ConvergenceError(

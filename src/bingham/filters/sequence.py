@@ -13,6 +13,7 @@ from bingham.errors import InvalidArgumentError
 from bingham.filters.gate import Gate
 from bingham.filters.track import Track
 from bingham.kernels import step
+from bingham.kernels.threads import by_rows
 from bingham.models.motion import Diffusion, Gyroscope, KnownRotation, MotionModel, NoisyIdentity, diffusion_mix
 from bingham.models.sensors import OrientationSensor, Sensor
 from bingham.recording import as_seconds
@@ -141,19 +142,19 @@ def run_conjugate(
                 "call predict and update row by row",
             )
         weight = 1.0 if parts is None else parts.weight
-        common = (mode, tangent, weight, left)
         sensed = (np.array(noise.z), sensor.frame, log_f, threshold)
-        if batched:
-            step.run_many_4(z, frames, turns, mixes, *common, y, *sensed, *results)
-        else:
-            step.run_4(z[0], frames[0], turns[0], mixes, *common, y[0], *sensed, *(r[0] for r in results))
+
+        def run(z: FloatArray, frames: FloatArray, turns: FloatArray, y: FloatArray, *out: FloatArray) -> None:
+            step.run_many_4(z, frames, turns, mixes, mode, tangent, weight, left, y, *sensed, *out)
+
     else:
-        common = (mode, float(tangent[0, 0]))
-        sensed = (float(noise.z[0]), np.array(noise.mode), log_f, threshold)
-        if batched:
-            step.run_many_2(z, frames, turns, mixes, *common, y, *sensed, *results)
-        else:
-            step.run_2(z[0], frames[0], turns[0], mixes, *common, y[0], *sensed, *(r[0] for r in results))
+        variance = float(tangent[0, 0])
+        sensed_2 = (float(noise.z[0]), np.array(noise.mode), log_f, threshold)
+
+        def run(z: FloatArray, frames: FloatArray, turns: FloatArray, y: FloatArray, *out: FloatArray) -> None:
+            step.run_many_2(z, frames, turns, mixes, mode, variance, y, *sensed_2, *out)
+
+    by_rows(run, z, frames, turns, y, *results, row_us=(1.2 if d == 4 else 0.4) * length)
     time = None if times is None else np.array(times, dtype=np.float64)
     columns = np.ascontiguousarray(np.swapaxes(out_frames, -1, -2))
     first = slice(None) if batched else 0

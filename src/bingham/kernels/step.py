@@ -10,7 +10,6 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import prange
 
 from bingham.kernels.compile import compiled
 from bingham.kernels.eigen import diagonalize_4, orthonormalize_4
@@ -244,11 +243,11 @@ def run_4(z, frame, controls, mixes, mode, tangent, weight, left, measurements, 
         keep_decision[row] = decision
 
 
-@compiled(parallel=True)
+@compiled()
 def run_many_4(z, frame, controls, mixes, mode, tangent, weight, left, measurements, sensor_z, sensor_frame,
                sensor_log_f, threshold, keep_z, keep_frame, keep_evidence, keep_statistic, keep_decision):  # fmt: skip
     """`run_4` for independent filters: a leading batch axis on every array but the noises and mixes."""
-    for i in prange(z.shape[0]):
+    for i in range(z.shape[0]):
         run_4(z[i], frame[i], controls[i], mixes, mode, tangent, weight, left, measurements[i], sensor_z, sensor_frame,
               sensor_log_f, threshold, keep_z[i], keep_frame[i], keep_evidence[i], keep_statistic[i],
               keep_decision[i])  # fmt: skip
@@ -325,10 +324,10 @@ def run_2(z, frame, controls, mixes, mode, noise_w, measurements, sensor_z, sens
     frame[0, 0], frame[0, 1], frame[1, 0], frame[1, 1] = -s, c, c, s
 
 
-@compiled(parallel=True)
+@compiled()
 def run_many_2(z, frame, controls, mixes, mode, noise_w, measurements, sensor_z, sensor_mode, sensor_log_f, threshold,
                keep_z, keep_frame, keep_evidence, keep_statistic, keep_decision):  # fmt: skip
     """`run_2` for independent filters: a leading batch axis on every array but the noises and mixes."""
-    for i in prange(z.shape[0]):
+    for i in range(z.shape[0]):
         run_2(z[i], frame[i], controls[i], mixes, mode, noise_w, measurements[i], sensor_z, sensor_mode, sensor_log_f,
               threshold, keep_z[i], keep_frame[i], keep_evidence[i], keep_statistic[i], keep_decision[i])  # fmt: skip

@@ -12,18 +12,19 @@ from numpy.typing import NDArray
 
 __all__ = ["by_rows"]
 
-# Fewer rows, some 0.1 µs each, are done before a second thread has started.
-WORTH_THREADS = 4096
+# Less work is done before a second thread has started.
+WORTH_THREADS_US = 400.0
 
 
-def by_rows(kernel: Callable[..., Any], *arrays: NDArray[Any]) -> list[tuple[int, Any]]:
+def by_rows(kernel: Callable[..., Any], *arrays: NDArray[Any], row_us: float) -> list[tuple[int, Any]]:
     """Call ``kernel(*parts)`` for parts of consecutive rows of the arrays; return (first row, result) of each part.
 
-    As many threads as ``numba.get_num_threads()`` says, which ``NUMBA_NUM_THREADS`` and ``numba.set_num_threads`` set.
+    row_us is about what a row takes, µs: little work stays on one thread. As many threads as
+    ``numba.get_num_threads()`` says, which ``NUMBA_NUM_THREADS`` and ``numba.set_num_threads`` set.
     """
     n = len(arrays[0])
-    threads = numba.get_num_threads()
-    if n < WORTH_THREADS or threads == 1:
+    threads = min(numba.get_num_threads(), n)
+    if threads <= 1 or n * row_us < WORTH_THREADS_US:
         return [(0, kernel(*arrays))]
     starts = [n * i // threads for i in range(threads + 1)]
     parts = [slice(a, b) for a, b in pairwise(starts)]
