@@ -1,6 +1,7 @@
 import multiprocessing
 import os
 import signal
+import threading
 import time
 
 import numpy as np
@@ -23,6 +24,11 @@ def draw_or_die(seed, run, flag):
         open(flag, "w").close()
         time.sleep(0.3)
         os.kill(os.getpid(), signal.SIGKILL)
+    return draw(seed, run)
+
+
+def draw_slowly(seed, run):
+    time.sleep(0.2)
     return draw(seed, run)
 
 
@@ -77,16 +83,45 @@ def test_a_damaged_file_is_run_again(tmp_path):
     assert [p.name for p in store.folder.iterdir()] == ["run-0.npz"]
 
 
-def test_a_cluster_gives_the_same_results():
+@pytest.fixture
+def cluster():
+    """Two worker processes on loopback; the scheduler gives a dead worker's tasks to others at once."""
     distributed = pytest.importorskip("dask.distributed", reason="extra 'dask' not installed")
     with distributed.LocalCluster(
         n_workers=2, threads_per_worker=1, processes=True, host="127.0.0.1", dashboard_address=None
-    ) as cluster:
-        study = load_study("kurz2013")
-        there = run_study(study, runs=120, seed=4, scheduler=cluster.scheduler_address)
-        here = run_study(study, runs=120, seed=4)
+    ) as running:
+        yield running
+
+
+def test_a_cluster_gives_the_same_results(cluster):
+    study = load_study("kurz2013")
+    there = run_study(study, runs=120, seed=4, scheduler=cluster.scheduler_address)
+    here = run_study(study, runs=120, seed=4)
     kept = [[row for row in r.table if row.metric != "us_per_step"] for r in (there, here)]
     assert kept[0] == kept[1]
+
+
+def test_a_killed_dask_worker_loses_nothing(cluster, tmp_path):
+    store = RunStore(tmp_path, {"study": "demo"})
+    killed, found = [], {}
+
+    def kill_one(done, total):
+        # Both workers have tasks under way then.
+        if done == 2:
+            killed.append(next(iter(cluster.workers.values())).pid)
+            os.kill(killed[0], signal.SIGKILL)
+
+    def run():
+        address = cluster.scheduler_address
+        found.update(execute(chunks(draw_slowly, count=12), scheduler=address, store=store, progress=kill_one))
+
+    thread = threading.Thread(target=run, daemon=True)
+    thread.start()
+    thread.join(timeout=40.0)
+    assert not thread.is_alive(), "the run hangs after a worker was killed"
+    assert killed and killed[0] not in {nanny.pid for nanny in cluster.workers.values()}
+    assert same(found, execute(chunks(count=12)))
+    assert same({key: store.load(key) for key in found}, found)
 
 
 def test_refusals():
