@@ -2,10 +2,21 @@ import numpy as np
 import pytest
 
 from bingham import Bingham
+from bingham.metrics import geodesic_error
+from bingham.rotations import compose, conjugate, rotate
 from bingham.studies import load_study
+from bingham.studies.ball_filters import BACK, DARK, HALF_TURN, LOGO, PROCESS, SPIN_PRIOR, run_filters
 from bingham.studies.execute import run_study
 from bingham.studies.glover2013 import composition_error, isotropic_law
-from bingham.studies.glover2013_ball import LOGO_NOISES, SPIN_TYPES, run_chunk, simulate_flight
+from bingham.studies.glover2013_ball import (
+    ASSUMED,
+    DEFAULT,
+    LOGO_NOISES,
+    SPIN_TYPES,
+    VISIBLE,
+    run_chunk,
+    simulate_flight,
+)
 from bingham.studies.study import generator
 
 
@@ -67,14 +78,54 @@ def test_flights_are_as_described():
         assert abs(flight["spin"] @ SPIN_TYPES[kind]) > np.cos(0.5 * 0.35)
 
 
+def test_out_of_sight_is_the_other_half():
+    # The published law of unseen orientations is the fit to the half of the sphere where the flights hide the logo.
+    rng = np.random.default_rng(4)
+    x = rng.standard_normal((200_000, 4))
+    x /= np.linalg.norm(x, axis=1, keepdims=True)
+    logo = rotate(x, [0.0, 0.0, 1.0])[:, 2]
+    hidden = compose(conjugate(BACK), x[logo <= VISIBLE])
+    np.testing.assert_allclose(hidden.T @ hidden / len(hidden), DARK.moment(), atol=3e-3)
+    # Negative control: a limit 10 degrees lower.
+    lower = compose(conjugate(BACK), x[logo <= -np.sin(np.radians(10.0))])
+    assert np.abs(lower.T @ lower / len(lower) - DARK.moment()).max() > 0.01
+
+
+def test_the_first_order_filter_has_the_papers_likelihood_of_raw_observations():
+    # Two frames: B_v · (f(y'|x') ∘ f(y|x)⁻¹), the laws of x written out; the turned noise is the same law.
+    flight, _ = simulate_flight(5, LOGO_NOISES[0], generator(0, 5))
+    seen = ~np.isnan(flight["seen"]).any(axis=(1, 2))
+    first = int(np.flatnonzero(seen[:-1] & seen[1:])[0])
+    two = {"orientation": flight["orientation"][:2], "spin": flight["spin"], "seen": flight["seen"][first : first + 2]}
+    before, now = (LOGO.inverse().rotate(left=pair[0]) for pair in two["seen"])
+    prior = PROCESS.compose(PROCESS.compose(SPIN_PRIOR))
+    both = [prior.multiply(now.rotate(right=turn).compose(before.inverse())) for turn in ([1.0, 0, 0, 0], HALF_TURN)]
+    errors = [2.0 * geodesic_error(law.mode, flight["spin"]) for law in both]
+    found = run_filters(two, 5, SPIN_TYPES, ["bingham_first_order"])["spin_error/bingham_first_order"]
+    assert min(abs(found[1] - error) for error in errors) < 1e-9
+
+
 def test_spins_are_found_and_classified():
-    found = run_chunk(0, 3, 0, 12)
+    found = run_chunk(DEFAULT, 3, 0, 12)
     assert found["correct/bingham_second_order"][:, 29].sum() >= 10
     assert np.median(found["spin_error/bingham_second_order"][:, 29]) < 0.17
     assert np.median(found["spin_error/random_guess"][:, 29]) > 0.5
-    early = slice(1, 8)
-    second, first = (
-        found[f"spin_error/{name}"][:, early].mean() for name in ("bingham_second_order", "bingham_first_order")
+    second, kalman = (
+        found[f"spin_error/{name}"][:, :30].mean() for name in ("bingham_second_order", "ekf_second_order")
     )
-    assert second < first
-    assert second < found["spin_error/ekf_second_order"][:, early].mean()
+    assert second < kalman < found["spin_error/random_guess"].mean()
+
+
+def test_the_papers_order_appears_at_the_noise_the_filters_assume():
+    names = ("bingham_second_order", "bingham_first_order", "ekf_first_order")
+    right, error = (dict.fromkeys(names, 0.0) for _ in range(2))
+    for run in range(36):
+        kind = run % len(SPIN_TYPES)
+        flight, _ = simulate_flight(kind, LOGO_NOISES[ASSUMED], generator(1, run))
+        found = run_filters(flight, kind, SPIN_TYPES, names)
+        for name in names:
+            right[name] += found[f"correct/{name}"][:30].mean() / 36
+            error[name] += found[f"spin_error/{name}"][:30].mean() / 36
+    second, first, kalman = names
+    assert right[second] > right[first] > right[kalman]
+    assert error[second] < error[first] < error[kalman]

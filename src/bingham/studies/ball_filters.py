@@ -35,7 +35,8 @@ def _law(*z: float) -> Bingham:
 # The published parameters.
 PROCESS = _law(-400.0, -400.0, -400.0)
 LOGO = _law(-40.0, -40.0, -10.0)
-# Logo out of sight: as if seen at the centre of the back, at any angle about its own axis.
+# Logo out of sight: as if seen at the centre of the back, at any angle about its own axis. It is the law fitted to all
+# orientations with the logo on the far half, whose second moment about that centre is diag(1, 1, 3, 3)/8.
 DARK = _law(-3.6, -3.6, 0.0)
 BACK = np.array([0.0, 1.0, 0.0, 0.0])
 SPIN_PRIOR = _law(-3.0, -3.0, -3.0)
@@ -86,24 +87,33 @@ def _around(types: FloatArray) -> list[Bingham]:
     return [INFORMED.rotate(left=s) for s in types]
 
 
-def _differences(seen: FloatArray) -> list[FloatArray | None]:
-    """Return the two interpretations (2, 4) of the spin between neighbouring frames that both show the logo."""
-    out: list[FloatArray | None] = [None]
+def _neighbours(seen: FloatArray) -> list[tuple[FloatArray, FloatArray] | None]:
+    """Return, frame by frame, one interpretation (4,) of the frame before and both (2, 4) of this one, where seen."""
+    out: list[tuple[FloatArray, FloatArray] | None] = [None]
     for before, now in pairwise(seen):
         missing = np.isnan(before).any() or np.isnan(now).any()
-        out.append(None if missing else compose(now, conjugate(before[0])))
+        out.append(None if missing else (before[0], now))
     return out
 
 
 def _first_order(seen: FloatArray, kind: int, types: FloatArray) -> Found:
-    """Track the spin alone, from differences of orientations; their noise is that of two logos composed."""
-    spin_filter = BinghamFilter(PROCESS, LOGO.compose(LOGO.inverse()), noise_side="left")
+    """Track the spin alone: the likelihood of §4 with the raw observation before in place of the filtered orientation.
+
+    y = x ⊗ e and y' = v ⊗ x ⊗ e' make y' ⊗ y* = v ⊗ y ⊗ (e* ⊗ e') ⊗ y*: the noise turns with the logo.
+    """
+    noise = LOGO.inverse().compose(LOGO)
     state = SPIN_PRIOR
     spins, chosen = np.empty((len(seen), 4)), np.empty(len(seen), dtype=np.intp)
-    for n, z in enumerate(_differences(seen)):
-        state = spin_filter.predict(state)
-        if z is not None:
-            state, _ = max((spin_filter.update(state, row) for row in z), key=lambda r: r[1].log_evidence)
+    for n, pair in enumerate(_neighbours(seen)):
+        if pair is None:
+            state = BinghamFilter(PROCESS, noise, noise_side="right").predict(state)
+        else:
+            y, now = pair
+            turned = noise.rotate(left=y, right=conjugate(y))
+            spin_filter = BinghamFilter(PROCESS, turned, noise_side="right")
+            state = spin_filter.predict(state)
+            updates = (spin_filter.update(state, z) for z in compose(now, conjugate(y)))
+            state, _ = max(updates, key=lambda r: r[1].log_evidence)
         spins[n], chosen[n] = state.mode, classify_spin(state, types)[0]
     return None, spins, chosen
 
@@ -120,10 +130,11 @@ def _ekf_first_order(seen: FloatArray, kind: int, types: FloatArray) -> Found:
     kalman = QuaternionEkf(process, noise)
     state = GaussianState(*to_gaussian(SPIN_PRIOR))
     spins, chosen = np.empty((len(seen), 4)), np.empty(len(seen), dtype=np.intp)
-    for n, z in enumerate(_differences(seen)):
+    for n, pair in enumerate(_neighbours(seen)):
         state = kalman.predict(state)
-        if z is not None:
-            state, _ = max((kalman.update(state, row) for row in z), key=lambda r: float(r[1].log_evidence))
+        if pair is not None:
+            turns = compose(pair[1], conjugate(pair[0]))
+            state, _ = max((kalman.update(state, z) for z in turns), key=lambda r: float(r[1].log_evidence))
         spins[n], chosen[n] = state.mode, _classify_gaussian(state, types)
     return None, spins, chosen
 
