@@ -5,12 +5,19 @@ import pytest
 from typer.testing import CliRunner
 
 from bingham import Bingham
+from bingham.cli import first_use
 from bingham.cli.main import app
 from bingham.io import write_csv, write_npz
 from bingham.recording import OrientationRecording
 from bingham.simulate import simulate_imu, simulate_precession
 
 DATA = Path(__file__).resolve().parents[2] / "../shared/data"
+
+
+@pytest.fixture(autouse=True)
+def no_word_of_compiling(monkeypatch):
+    """Whether a test is the first to need a kernel is not its business."""
+    monkeypatch.setattr(first_use, "NOTICE", "")
 
 
 @pytest.fixture

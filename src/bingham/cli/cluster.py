@@ -55,6 +55,7 @@ def cluster(
 
     The number of clusters is the one with the least BIC. Prints weight, concentrations and mode of each cluster.
     """  # fmt: skip
+    from bingham.cli.first_use import announce_compilation
     from bingham.cli.staging import staged
     from bingham.cli.wording import in_options
     from bingham.distributions.selection import fit_mixture
@@ -65,6 +66,7 @@ def cluster(
     sizes = _sizes(components)
     with in_options({"columns": "--columns"}):
         axes = read_axes(file, columns=None if columns is None else [name.strip() for name in columns.split(",")])
+    announce_compilation()
     tried: list[dict[str, Any]] = []
     with _Progress(len(sizes), quiet=as_json) as bar:
 

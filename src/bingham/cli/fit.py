@@ -51,6 +51,7 @@ def fit(
     Prints concentrations and principal axes with standard errors, mode, entropy and the 95 % credible angle; for
     columns n, e, d also trend and plunge, and the pole of the best plane.
     """  # fmt: skip
+    from bingham.cli.first_use import announce_compilation
     from bingham.cli.staging import staged
     from bingham.cli.wording import in_options
     from bingham.distributions.bingham import Bingham
@@ -58,6 +59,7 @@ def fit(
 
     with in_options({"columns": "--columns"}):
         axes = read_axes(file, columns=None if columns is None else [name.strip() for name in columns.split(",")])
+    announce_compilation()
     try:
         law = Bingham.fit(axes.values)
     except InvalidArgumentError as error:

@@ -36,6 +36,7 @@ def reproduce(
     as_json: bool = typer.Option(False, "--json", help="Print one JSON object instead of the table."),
 ) -> None:
     """Rerun a published comparison of filters; interrupted, it continues where it stopped."""
+    from bingham.cli.first_use import announce_compilation
     from bingham.studies import STUDIES, load_study
     from bingham.studies.execute import run_study
     from bingham.studies.store import RunStore
@@ -45,6 +46,7 @@ def reproduce(
             typer.echo(f"{name:18s} {load_study(name).title}")
         return
     chosen = load_study(study)
+    announce_compilation()
     options = {} if recording is None else _recorded(recording)
     stores: list[RunStore] = []
 

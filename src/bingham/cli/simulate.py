@@ -68,10 +68,12 @@ def simulate(
     """Simulate a recording with known truth, to be read by `bingham track`."""
     from bingham import io, simulate
     from bingham.cli.filtering import orientation_noise
+    from bingham.cli.first_use import announce_compilation
 
     writers: dict[str, Any] = {".npz": io.write_npz, ".csv": io.write_csv}
     if output.suffix not in writers:
         raise InvalidArgumentError("--output", "a file ending in .npz or .csv", output.name)
+    announce_compilation()
     timing: dict[str, Any] = {"rest_s": rest, "jitter": jitter, "drop_probability": drop, "rng": seed}
     bodies = {
         MotionKind.tumbling: simulate.simulate_tumbling,

@@ -116,6 +116,7 @@ def track(
     answered by a line of JSON; lines that make no sense are reported, skipped and counted.
     """
     from bingham.cli.filtering import FilterOptions
+    from bingham.cli.first_use import announce_compilation
     from bingham.cli.reading import name_of, options
     from bingham.cli.report import print_table
     from bingham.cli.staging import staged
@@ -125,6 +126,7 @@ def track(
 
         if len(recordings) > 1 or smooth or plain:
             raise InvalidArgumentError("RECORDING", "- alone, without --smooth or --plain", "more than that")
+        announce_compilation()
         track_stream(state)
         return
     if output is None:
@@ -152,6 +154,7 @@ def track(
         from bingham.cli.bag import check_bags
 
         check_bags(recordings, output)
+    announce_compilation()
     with staged(output) as folder:
         rows = [track_one(path, folder, settings, step) for path, step in progress(recordings, 5 if figure else 4)]
     for row in rows:

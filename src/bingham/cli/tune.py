@@ -52,6 +52,7 @@ def tune(
     Gravity and field are taken to be constant, noise to be white: motion's accelerations and disturbed fields count as
     noise. Ground truth is not needed and not used.
     """
+    from bingham.cli.first_use import announce_compilation
     from bingham.cli.reading import options, read
     from bingham.cli.staging import staged
     from bingham.filters.tune import tune as search
@@ -60,6 +61,7 @@ def tune(
     loaded = read(recording, format, options(column, unit, topic))
     if not isinstance(loaded, ImuRecording):
         raise InvalidArgumentError("RECORDING", "an inertial recording", f"orientations in {recording}")
+    announce_compilation()
     show = sys.stderr.isatty()
 
     def progress(count: int, best: float) -> None:

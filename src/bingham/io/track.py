@@ -50,7 +50,8 @@ def write_track_csv(
     modes : array_like, shape (T, d)
         Most probable orientations, d = 2 or 4; quaternions (w, x, y, z), body to world.
     covariance : array_like, shape (T, 3, 3), optional
-        Of a small rotation vector, rad²; NaN where undefined.
+        Of a small rotation vector, rad²; NaN, an empty cell, where undefined. An angle that may be anything has the
+        variance π²/3 where a filter knows which angle that is.
     covariance_frame : {"body", "world"}
         Frame of the rotation vector; required with `covariance`.
     concentrations : array_like, shape (T, d), optional
@@ -77,7 +78,8 @@ def write_track_csv(
         upper = list(zip(*np.triu_indices(3), strict=True))
         names += [f"cov_{'xyz'[i]}{'xyz'[j]}" for i, j in upper]
         values += [covariance[:, i, j] for i, j in upper]
-        about.append(f"covariance: of a small rotation vector, rad^2, frame: {covariance_frame}; empty: undefined")
+        about.append(f"covariance: of a small rotation vector, rad^2, frame: {covariance_frame}; empty: undefined;")
+        about.append("an angle that may be anything, as the heading at the start, has the variance pi^2/3 = 3.29")
     if concentrations is not None:
         concentrations = _array("concentrations", concentrations, (size, modes.shape[1]))
         names += [f"z{k + 1}" for k in range(modes.shape[1])]
