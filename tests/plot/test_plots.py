@@ -83,7 +83,8 @@ def test_tracks_are_drawn_with_and_without_truth(dim, known):
     drawn = {
         text.get_text() for axes in figure.axes for text in (axes.get_legend().get_texts() if axes.get_legend() else [])
     }
-    assert ("95 % band" in drawn) == known
+    assert "95 % band" in drawn
+    assert ("error" in drawn) == known
     assert ("measured" in drawn) == known
 
 
@@ -92,3 +93,53 @@ def test_a_law_that_leaves_the_mode_open_is_drawn_without_ellipse():
     x = law.rvs(40, rng=5)
     lines = len(plot_fit(x, law, names=("n", "e", "d")).axes[0].lines)
     assert len(plot_fit(x, Bingham([-30.0, -20.0, 0.0], np.eye(3)), names=("n", "e", "d")).axes[0].lines) == lines + 1
+
+
+def legend(axes):
+    return [text.get_text() for text in axes.get_legend().get_texts()]
+
+
+def turning(degrees_a_second, *, deviation=0.01, count=200):
+    time = np.arange(count) / 20.0
+    modes = Rotation.from_rotvec(np.radians(degrees_a_second) * time[:, None] * [0.0, 0.0, 1.0]).as_quat(
+        scalar_first=True
+    )
+    covariance = np.tile(deviation**2 * np.eye(3), (count, 1, 1))
+    return time, modes, Bingham.from_covariance(modes, covariance, frame="world"), covariance
+
+
+def test_the_axis_of_the_angles_fits_what_is_there():
+    for rate, limits in ((0.5, (-5.0, 10.0)), (40.0, (-185.4, 185.4))):
+        time, _, laws, _ = turning(rate)
+        low, high = plot_track(time, laws).axes[0].get_ylim()
+        assert low <= 0.0 and high >= min(rate * time[-1], 180.0)
+        assert low >= limits[0] and high <= limits[1]
+
+
+def test_wide_bands_of_the_first_samples_do_not_set_the_axis():
+    time, _, laws, covariance = turning(0.5)
+    covariance[:1] *= 1e4
+    low, high = plot_track(time, laws, covariance=covariance).axes[0].get_ylim()
+    assert -5.0 < low < high < 10.0
+
+
+def test_what_is_grey_is_in_the_legend():
+    time, modes, laws, _ = turning(0.5)
+    scored = time > 3.0
+    angles, heading, inclination, _ = plot_track(time, laws, truth=modes, scored=scored).axes
+    assert {"yaw", "pitch", "roll", "truth", "95 % band"} == set(legend(angles))
+    assert legend(heading) == legend(inclination) == ["95 % band", "error", "not scored"]
+    _, heading, _, _ = plot_track(time, laws, truth=modes).axes
+    assert "not scored" not in legend(heading)
+
+
+def test_an_unknown_heading_is_told_in_words():
+    time, modes, laws, covariance = turning(0.5)
+    covariance[:, 2, 2] = np.pi**2 / 3
+    for truth in (None, modes):
+        figure = plot_track(time, laws, covariance=covariance, truth=truth, note="no magnetometer")
+        _, heading, inclination, _ = figure.axes
+        assert [t.get_text() for t in heading.texts] == ["nothing is known: the 95 % band is the whole circle"]
+        assert not inclination.texts
+        assert heading.get_title(loc="left") == "no magnetometer"
+        assert truth is None or legend(heading) == ["error"]

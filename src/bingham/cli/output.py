@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from math import degrees
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -65,6 +66,9 @@ def draw_track(
     else:
         if inertial:
             shown["world"] = ("east", "north", "up") if recording.magnetometer is not None else ("x", "y", "up")
+        if truth is not None and truth.heading_offset_rad is not None:
+            turn = degrees(truth.heading_offset_rad)
+            shown["note"] = f"no magnetometer: the truth is turned by {turn:.1f}° about the vertical to suit"
         figure = plot_track(recording.time, result.laws, covariance=result.covariance("world"), **shown)
     name = f"{recording.name}.png"
     figure.savefig(folder / name, dpi=150)

@@ -127,3 +127,6 @@ def print_table(rows: Sequence[dict[str, Any]]) -> None:
     console.print(table)
     if compared:
         console.print("Errors: root mean square against the recording's ground truth.", style="dim")
+    if turned := [row["recording"] for row in rows if "heading_offset_rad" in row]:
+        note = f"No magnetometer: truth turned about the vertical by one angle to suit: {', '.join(turned)}."
+        console.print(note, style="dim", highlight=False)

@@ -13,6 +13,7 @@ from bingham.plot.style import (
     INK,
     PALE,
     draw_band,
+    fit_angles,
     legend_above,
     new_figure,
     shade_unscored,
@@ -68,7 +69,9 @@ def plot_planar_track(
     line = unbroken(_angle(laws.mode), 90.0)
     panels[0].plot(t, line, color=AXIS_COLOURS[2], lw=1.0, label="estimate")
     draw_band(panels[0], t, line, band, AXIS_COLOURS[2])
-    panels[0].set(ylabel="axis [°]", ylim=(-95, 95), yticks=range(-90, 91, 45))
+    panels[0].fill_between([], [], [], color=AXIS_COLOURS[2], alpha=0.2, lw=0, label="95 % band")
+    panels[0].set_ylabel("axis [°]")
+    fit_angles(panels[0], 180.0, line, band=np.stack([line - band, line + band], axis=1))
     if truth is not None:
         panels[0].plot(t, unbroken(_angle(truth[kept]), 90.0), color=INK, lw=0.7, ls=":", label="truth")
         off = _wrapped(_angle(laws.mode) - _angle(truth[kept]))

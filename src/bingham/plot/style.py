@@ -14,6 +14,7 @@ __all__ = [
     "INK",
     "PALE",
     "draw_band",
+    "fit_angles",
     "legend_above",
     "new_figure",
     "shade_unscored",
@@ -54,14 +55,32 @@ def draw_band(
     axes.fill_between(t, middle - half, middle + half, color=colour, alpha=0.2, lw=0)
 
 
-def legend_above(axes: Any, columns: int = 3) -> None:
+def fit_angles(axes: Any, circle_deg: float, *lines: NDArray[np.float64], band: NDArray[np.float64]) -> None:
+    """Let the axis show the angles (T,), degrees, and nearly all of their band; all of the circle if one goes round it.
+
+    `lines` are as `unbroken` leaves them, `band` (T, n) holds ends of bands.
+    """
+    half = circle_deg / 2.0
+    if any(np.isnan(line[1:]).any() for line in lines):
+        axes.set(ylim=(-1.03 * half, 1.03 * half), yticks=np.linspace(-half, half, 5))
+        return
+    # The first samples may know nothing: their bands would be all that is seen.
+    wide = band[np.isfinite(band)]
+    ends = [np.nanmin(lines), np.nanmax(lines), *(np.quantile(wide, [0.01, 0.99]) if wide.size else [])]
+    low, high = min(ends), max(ends)
+    margin = max(0.08 * (high - low), 0.5)
+    axes.set(ylim=(max(low - margin, -1.03 * half), min(high + margin, 1.03 * half)))
+
+
+def legend_above(axes: Any, columns: int = 4) -> None:
     """Put the legend above the panel, where it hides no data."""
     place = {"loc": "lower right", "bbox_to_anchor": (1.0, 1.0), "borderaxespad": 0.1}
     axes.legend(ncols=columns, fontsize=8, frameon=False, **place)
 
 
 def shade_unscored(axes: Any, t: NDArray[np.float64], scored: NDArray[np.bool_]) -> None:
-    """Shade the times whose samples do not count."""
+    """Shade the times whose samples do not count, and say so in the legend."""
     if not scored.all():
         edge = axes.get_xaxis_transform()
-        axes.fill_between(t, 0, 1, where=~scored, step="mid", color=PALE, alpha=0.3, lw=0, zorder=0, transform=edge)
+        about = {"color": PALE, "alpha": 0.3, "lw": 0, "zorder": 0, "label": "not scored"}
+        axes.fill_between(t, 0, 1, where=~scored, step="mid", transform=edge, **about)

@@ -15,6 +15,7 @@ from bingham.plot.style import (
     INK,
     PALE,
     draw_band,
+    fit_angles,
     legend_above,
     new_figure,
     shade_unscored,
@@ -45,6 +46,7 @@ def plot_track(
     measured: FloatArray | None = None,
     world: tuple[str, str, str] = ("x", "y", "z"),
     title: str = "",
+    note: str = "",
 ) -> Any:
     """Draw a track of rotations.
 
@@ -66,6 +68,8 @@ def plot_track(
         Names of the world's axes, the third one vertical.
     title : str
         Heading.
+    note : str
+        What to say above the panel of the heading.
 
     Returns
     -------
@@ -89,9 +93,11 @@ def plot_track(
     else:
         raw = None if measured is None else _error_deg(measured[kept], truth[kept])
         _draw_errors(heading, inclination, t, _error_deg(laws.mode, truth[kept]), covariance, raw)
-        if scored is not None:
-            for axes in (heading, inclination):
+        for axes in (heading, inclination):
+            if scored is not None:
                 shade_unscored(axes, t, scored[kept])
+            legend_above(axes)
+    heading.set_title(note, loc="left", fontsize=8)
     inclination.set(xlabel="time [s]", xlim=(t[0], t[-1]))
     _draw_cloud(figure.add_subplot(grid[:, 1]), laws, world)
     figure.suptitle(title, fontsize=11)
@@ -103,14 +109,20 @@ def _draw_angles(axes: Any, t: FloatArray, q: FloatArray, covariance: FloatArray
     angle, jacobian = _yaw_pitch_roll(q)
     deviation = np.sqrt(np.einsum("tai,tij,taj->ta", jacobian, covariance, jacobian))
     band = _known(PER_AXIS * np.degrees(deviation))
+    lines = [unbroken(np.degrees(column)) for column in angle.T]
     for k, (name, colour) in enumerate(zip(("yaw", "pitch", "roll"), AXIS_COLOURS[::-1], strict=True)):
-        line = unbroken(np.degrees(angle[:, k]))
-        axes.plot(t, line, color=colour, lw=0.9, label=name)
-        draw_band(axes, t, line, band[:, k], colour)
+        axes.plot(t, lines[k], color=colour, lw=0.9, label=name)
+        draw_band(axes, t, lines[k], band[:, k], colour)
         if truth is not None:
-            axes.plot(t, unbroken(np.degrees(_yaw_pitch_roll(truth)[0][:, k])), color=INK, lw=0.6, ls=":")
-    axes.set(ylabel="orientation [°]", ylim=(-185, 185), yticks=range(-180, 181, 90))
-    legend_above(axes)
+            true = unbroken(np.degrees(_yaw_pitch_roll(truth)[0][:, k]))
+            axes.plot(t, true, color=INK, lw=0.6, ls=":")
+    if truth is not None:
+        axes.plot([], [], color=INK, lw=0.6, ls=":", label="truth")
+    axes.fill_between([], [], [], color=INK, alpha=0.2, lw=0, label="95 % band")
+    axes.set_ylabel("orientation [°]")
+    ends = np.degrees(angle)[:, :, None] + band[:, :, None] * [-1.0, 1.0]
+    fit_angles(axes, 360.0, *lines, band=ends.reshape(len(t), -1))
+    legend_above(axes, 5)
 
 
 def _yaw_pitch_roll(q: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -151,8 +163,9 @@ def _draw_widths(heading: Any, inclination: Any, t: FloatArray, covariance: Floa
     panels = ((heading, "heading"), (inclination, "inclination"))
     for (axes, name), width in zip(panels, _half_widths(covariance), strict=True):
         axes.fill_between(t, 0, width, color=PALE, alpha=0.5, lw=0)
-        axes.set_ylabel(f"{name}: 95 % within [°]")
+        axes.set_ylabel(f"{name}:\n95 % within ± [°]")
         axes.set_ylim(0, _limit(width))
+        _say_unknown(axes, width)
 
 
 def _draw_errors(
@@ -163,26 +176,34 @@ def _draw_errors(
     if raw is not None:
         heading.plot(t, raw[:, 2], ".", color=PALE, ms=2, label="measured")
         inclination.plot(t, np.hypot(raw[:, 0], raw[:, 1]), ".", color=PALE, ms=2, label="measured")
-    heading.fill_between(t, -across, across, color=AXIS_COLOURS[2], alpha=0.2, lw=0, label=_band_label(across))
-    inclination.fill_between(t, 0, around, color=AXIS_COLOURS[0], alpha=0.2, lw=0, label=_band_label(around))
+    heading.fill_between(t, -across, across, color=AXIS_COLOURS[2], alpha=0.2, lw=0, label=_label(across))
+    inclination.fill_between(t, 0, around, color=AXIS_COLOURS[0], alpha=0.2, lw=0, label=_label(around))
     tilt = np.hypot(error[:, 0], error[:, 1])
     heading.plot(t, error[:, 2], color=AXIS_COLOURS[2], lw=0.8, label="error")
     inclination.plot(t, tilt, color=AXIS_COLOURS[0], lw=0.8, label="error")
     most = _limit(np.abs(error[:, 2]), across)
     heading.set(ylabel="heading error [°]", ylim=(-most, most))
     inclination.set(ylabel="inclination error [°]", ylim=(0, _limit(tilt, around)))
-    for axes in (heading, inclination):
-        legend_above(axes)
+    for axes, width in ((heading, across), (inclination, around)):
+        _say_unknown(axes, width)
 
 
-def _band_label(half_deg: FloatArray) -> str:
-    return "95 % band" if np.isfinite(half_deg).any() else "no band: unknown"
+def _label(half_deg: FloatArray) -> str:
+    return "95 % band" if np.isfinite(half_deg).any() else "_"  # matplotlib leaves such out of the legend
+
+
+def _say_unknown(axes: Any, half_deg: FloatArray) -> None:
+    """Write into a panel without a band why it has none."""
+    if not np.isfinite(half_deg).any():
+        at = {"transform": axes.transAxes, "ha": "left", "va": "top", "fontsize": 9, "color": INK}
+        behind = {"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 1.0}
+        axes.text(0.01, 0.95, "nothing is known: the 95 % band is the whole circle", bbox=behind, **at)
 
 
 def _limit(*values: FloatArray) -> float:
     """Upper end of an axis that shows nearly all values, whatever the wide bands and errors of the first samples."""
     shown = [np.nanquantile(v, 0.99) for v in values if np.isfinite(v).any()]
-    return float(1.4 * max(*shown, 0.1)) if shown else 1.0
+    return float(1.4 * max(*shown, 0.1)) if shown else 180.0
 
 
 def _draw_cloud(axes: Any, laws: Bingham, world: tuple[str, str, str]) -> None:
