@@ -23,8 +23,11 @@ __all__ = ["ImuFilter"]
 
 FloatArray = NDArray[np.float64]
 
-# The first accelerometer sample shows up within this, rad, one standard deviation per axis.
+# The first accelerometer sample shows up within this, rad, one standard deviation per axis, if its size is g.
 FIRST_TILT = 0.1
+# Before its motion is known a body may swing by 0.17 m/s, and by 1.6 Hz as fast as its first acceleration lets it.
+FIRST_SWING = 0.17
+SWING_PERIOD = 0.1  # s/rad
 
 
 @dataclass(frozen=True)
@@ -83,7 +86,10 @@ class ImuFilter:
         Seconds between updates; every sample moves the orientation.
     gyroscope_delay : float
         Seconds by which samples, taken as means over the interval before them, lag behind the motion: the sensor's
-        low-pass filter. 0 for simulated sensors.
+        low-pass filter; a third of it is taken to be unknown. 0 for simulated sensors.
+    alignment_error : float
+        Error of the sensor's axes against the body's under 1 g, rad; it grows with the force and moves no estimate, only
+        what is stated. 0 for simulated sensors.
 
     Examples
     --------
@@ -108,7 +114,7 @@ class ImuFilter:
     accelerometer_noise: float = 0.03
     accelerometer_scale_error: float = 0.02
     accelerometer_bias: float = 0.025
-    slow_velocity: float = 0.2
+    slow_velocity: float = 0.1
     motion_window: float = 5.0
     rest_rate: float = math.radians(2.0)
     rest_acceleration: float = 0.5
@@ -123,6 +129,7 @@ class ImuFilter:
     declination: float = 0.0
     update_interval: float = 0.02
     gyroscope_delay: float = 0.002
+    alignment_error: float = math.radians(0.12)
 
     def __post_init__(self) -> None:
         for field in fields(self):
@@ -136,7 +143,7 @@ class ImuFilter:
 
     @property
     def parameters(self) -> FloatArray:
-        """All parameters (23,) in the order of the fields, as the kernel takes them."""
+        """All parameters (24,) in the order of the fields, as the kernel takes them."""
         return np.array([float(getattr(self, field.name)) for field in fields(self)])
 
     def start(self, accelerometer: ArrayLike, prior: Bingham | None = None) -> ImuState:
@@ -145,7 +152,7 @@ class ImuFilter:
         Parameters
         ----------
         accelerometer : (3,) array_like
-            Specific force, m/s²; its direction is up within about 6°.
+            Specific force, m/s²; its direction is up within about 6°, and further off the more its size differs from g.
         prior : Bingham, optional
             Law of the orientation before; uniform unless given. A girdle about the vertical says "tilt known, heading
             not".
@@ -157,13 +164,18 @@ class ImuFilter:
         norm = float(np.linalg.norm(force))
         if force.shape != (3,) or not (math.isfinite(norm) and norm > 0.0):
             raise InvalidArgumentError("accelerometer", "a finite non-zero vector (3,)", accelerometer)
-        seen = Bingham.from_matrix(law.matrix + davenport_matrix([0.0, 0.0, 1.0], force / norm) / FIRST_TILT**2)
+        # A linear acceleration that changes the size by a share of g turns the direction by about as much, rad.
+        excess = norm - self.gravity
+        tilt2 = FIRST_TILT**2 + (excess / self.gravity) ** 2
+        swing2 = FIRST_SWING**2 + (SWING_PERIOD * excess) ** 2
+        seen = Bingham.from_matrix(law.matrix + davenport_matrix([0.0, 0.0, 1.0], force / norm) / tilt2)
         state = self.blank()
         state.values[at.Q : at.Q + 4] = seen.mode
         state.values[at.ALIGNED] = -1.0
+        state.values[at.SWING_POWER] = swing2
         p = state.covariance
         p[:3, :3] = covariance_of_law(seen)
-        p[range(3, 6), range(3, 6)] = 0.01
+        p[range(3, 6), range(3, 6)] = swing2
         p[range(6, 9), range(6, 9)] = self.gyroscope_bias**2
         p[range(9, 12), range(9, 12)] = self.accelerometer_bias**2
         return state
@@ -230,7 +242,9 @@ class ImuFilter:
             np.zeros((updates, 12, 12)),
             np.zeros((updates, 24)),
             np.zeros((updates, 12)),
+            np.zeros((updates, 2)),
         )
+        readout = np.zeros((n if smooth else 0, 3, 3))
         out = (
             np.full((n, 4), np.nan),
             np.full((n, 3, 3), np.nan),
@@ -252,11 +266,14 @@ class ImuFilter:
             none if recording.magnetometer is None else np.array(recording.magnetometer),
             *out,
             *store,
+            readout,
         )
         modes, covariances, bias, bias_std, rest, evidence, code, statistic = out
         if smooth and count:
-            indices, filtered, transitions, corrections = (part[:count] for part in store)
-            smooth_kernel(indices, filtered, transitions, corrections, modes, covariances, bias, bias_std)
+            indices, *parts = (part[:count] for part in store)
+            smooth_kernel(
+                indices, np.array(recording.time), *parts, readout, modes, covariances, bias, bias_std
+            )
         return ImuTrack(
             recording.time, modes, covariances, bias, bias_std, rest, evidence, code, statistic, state, smooth
         )
@@ -264,5 +281,5 @@ class ImuFilter:
 
 MAY_BE_ZERO = {
     "gyroscope_noise", "gyroscope_scale_error", "gyroscope_bias_walk", "accelerometer_noise",
-    "accelerometer_scale_error", "gyroscope_delay",
+    "accelerometer_scale_error", "gyroscope_delay", "alignment_error",
 }  # fmt: skip

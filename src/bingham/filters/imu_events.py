@@ -17,6 +17,7 @@ from bingham.filters.imu_track import MAGNETOMETER_CODES, UNIFORM_VARIANCE
 from bingham.filters.tangent import law_of_covariance
 from bingham.kernels import imu_state as at
 from bingham.kernels.imu_samples import accelerate, due, magnetize, output, rotate
+from bingham.kernels.imu_stated import stated
 from bingham.kernels.imu_update import update
 
 __all__ = ["ImuStream"]
@@ -92,9 +93,8 @@ class ImuStream:
             if x == y == z == 0.0:
                 raise InvalidArgumentError("force", "a non-zero first sample", force)
             seen = self._filter.start([x, y, z], self._prior)
-            for slot in range(at.Q, at.Q + 4):
+            for slot in (*range(at.Q, at.Q + 4), at.ALIGNED, at.SWING_POWER):
                 self._state.values[slot] = seen.values[slot]
-            self._state.values[at.ALIGNED] = -1.0
             self._state.covariance[:] = seen.covariance
         accelerate(self._state.values, self._parameters, dt, x, y, z)
 
@@ -122,13 +122,13 @@ class ImuStream:
         """Bingham law of the orientation now; the prior before the first accelerometer sample."""
         if not self.started:
             return Bingham.uniform(4) if self._prior is None else self._prior
-        return law_of_covariance(self.orientation, self._state.covariance[:3, :3])
+        return law_of_covariance(self.orientation, self._stated())
 
     def covariance(self, *, frame: Literal["body", "world"]) -> FloatArray:
         """Return the covariance (3, 3) of the rotation error, rad²; an unknown heading has the variance π²/3."""
         if frame not in ("body", "world"):
             raise InvalidArgumentError("frame", "'body' or 'world'", repr(frame), "name the axes of the small rotation")
-        c = self._state.covariance[:3, :3].copy()
+        c = self._stated()
         shrink = math.sqrt(min(1.0, UNIFORM_VARIANCE / max(c[2, 2], 1e-300)))
         c[2, :] *= shrink
         c[:, 2] *= shrink
@@ -151,12 +151,15 @@ class ImuStream:
     @property
     def heading_std(self) -> float:
         """Standard deviation of the heading, rad; π/√3 at most, which is an unknown heading."""
-        return math.sqrt(min(self._state.covariance[2, 2], UNIFORM_VARIANCE)) if self.started else math.nan
+        return math.sqrt(min(self._stated()[2, 2], UNIFORM_VARIANCE)) if self.started else math.nan
 
     @property
     def inclination_std(self) -> float:
         """Root mean square of the inclination error, rad."""
-        return math.sqrt(self._state.covariance[0, 0] + self._state.covariance[1, 1]) if self.started else math.nan
+        if not self.started:
+            return math.nan
+        c = self._stated()
+        return math.sqrt(c[0, 0] + c[1, 1])
 
     @property
     def at_rest(self) -> bool:
@@ -178,6 +181,11 @@ class ImuStream:
     def state(self) -> ImuState:
         """A copy of everything the filter knows; a stream made from it goes on identically."""
         return self._state.copy()
+
+    def _stated(self) -> FloatArray:
+        c = np.empty((3, 3))
+        stated(self._state.values, self._state.covariance, self._parameters, self.orientation, c)
+        return c
 
     def _step(self, sensor: int, time: float) -> float:
         last = self._state.last[sensor]

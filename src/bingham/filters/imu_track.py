@@ -47,8 +47,8 @@ class ImuTrack:
         Most probable orientation (w, x, y, z), body to world (east, north, up); NaN before the first accelerometer
         sample.
     rotation_covariance : (N, 3, 3) ndarray
-        Covariance of the rotation error, world axes, rad², as the filter carries it: the vertical entry of an unknown
-        heading is large. `covariance` is its bounded form.
+        Covariance of the rotation error, world axes, rad², as the filter states it (`kernels.imu_stated`): the vertical
+        entry of an unknown heading is large. `covariance` is its bounded form.
     bias, bias_std : (N, 3) ndarray
         Gyroscope bias and its standard deviations, rad/s, body axes.
     rest : (N,) ndarray of bool

@@ -8,6 +8,7 @@ from bingham.kernels import imu_state as at
 from bingham.kernels.compile import compiled
 from bingham.kernels.imu_field import ABSENT, PENDING, REPEATED
 from bingham.kernels.imu_samples import accelerate, due, magnetize, output, rotate
+from bingham.kernels.imu_stated import add_readout_error, scales, stated
 from bingham.kernels.imu_update import update
 
 __all__ = ["run"]
@@ -15,13 +16,14 @@ __all__ = ["run"]
 
 @compiled()
 def run(s, p, par, time, last, gyroscope, accelerometer, magnetometer, modes, covariances, bias, bias_std, rest,
-        evidence, code, statistic, indices, filtered, transitions, corrections):  # fmt: skip
-    """Filter samples of one recording; s (82,) and p (12, 12) hold the state before and after.
+        evidence, code, statistic, indices, filtered, transitions, corrections, factors, readout):  # fmt: skip
+    """Filter samples of one recording; s (91,) and p (12, 12) hold the state before and after.
 
     time (N,), gyroscope, accelerometer, magnetometer (N, 3), the latter two NaN where there is no sample, or (0, 3);
     last (3,): times of the samples before of each sensor, NaN before the first. Per sample: modes (N, 4), covariances
-    (N, 3, 3) of θ (world axes), bias, bias_std (N, 3), rest (N,), evidence (N,), code (N,), statistic (N,). Per update,
-    for the smoother, or empty: indices (E,), filtered (E, 12, 12), transitions (E, 24), corrections (E, 12).
+    (N, 3, 3) of θ (world axes) as stated, bias, bias_std (N, 3), rest (N,), evidence (N,), code (N,), statistic (N,). Per update,
+    for the smoother, or empty: indices (E,), filtered (E, 12, 12), transitions (E, 24), corrections (E, 12), factors
+    (E, 2) of the stated variances; and readout (N, 3, 3), what is added to them per sample.
 
     Returns the number of updates.
     """
@@ -48,6 +50,7 @@ def run(s, p, par, time, last, gyroscope, accelerometer, magnetometer, modes, co
                 corrections[count] = x
                 filtered[count] = p
                 transitions[count, 23] = out[at.O_RESTARTED]
+                factors[count, 0], factors[count, 1] = scales(s)
             count += 1
         dt = 0.0 if np.isnan(last[0]) else time[t] - last[0]
         rotate(s, p, par, dt, gyroscope[t, 0], gyroscope[t, 1], gyroscope[t, 2], rotation)
@@ -62,12 +65,13 @@ def run(s, p, par, time, last, gyroscope, accelerometer, magnetometer, modes, co
             code[t] = PENDING if fresh else REPEATED
             last[2] = time[t]
         output(s, par, q)
+        stated(s, p, par, q, covariances[t])
+        if keep_all:
+            add_readout_error(readout[t], s, par, q)
         for i in range(4):
             modes[t, i] = q[i]
         for i in range(3):
             bias[t, i] = s[at.BIAS + i]
             bias_std[t, i] = np.sqrt(p[6 + i, 6 + i])
-            for j in range(3):
-                covariances[t, i, j] = p[i, j]
         rest[t] = s[at.REST] > 0.0
     return count

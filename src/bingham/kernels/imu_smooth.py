@@ -8,6 +8,7 @@ import numpy as np
 
 from bingham.kernels.compile import compiled
 from bingham.kernels.imu_state import covariance_step, transition_rows
+from bingham.kernels.imu_stated import JUDGED_TIME
 from bingham.kernels.quaternion import from_rotation_vector, product
 
 __all__ = ["smooth"]
@@ -45,15 +46,16 @@ def _solve(a, b):
 
 
 @compiled()
-def smooth(indices, filtered, transitions, corrections, modes, covariances, bias, bias_std):
+def smooth(indices, time, filtered, transitions, corrections, factors, readout, modes, covariances, bias, bias_std):
     """Condition every state on the whole recording, in place.
 
-    indices (E,), filtered (E, 12, 12), transitions (E, 24), corrections (E, 12) as `imu.run` leaves them; `filtered` is
+    indices (E,) into time (N,), filtered (E, 12, 12), transitions (E, 24), corrections (E, 12) as `imu.run` leaves them; `filtered` is
     overwritten by the smoothed covariances, `corrections` by the smoothed errors of the filtered states. modes (N, 4),
     covariances (N, 3, 3), bias and bias_std (N, 3) are the filter's and become the smoother's.
 
     P_s = P + G (P_s⁺ − P⁻) Gᵀ, e_s = G (e_s⁺ + correction), G = P Fᵀ (P⁻)⁻¹ (Rauch, Tung & Striebel 1965). Across a
-    restart of the filter nothing is handed back.
+    restart of the filter nothing is handed back. Variances are stated as the filter's: by `factors` (E, 2), averaged
+    backwards as they were forwards, plus `readout` (N, 3, 3).
     """
     count = indices.size
     size = corrections.shape[1]
@@ -105,6 +107,10 @@ def smooth(indices, filtered, transitions, corrections, modes, covariances, bias
                 total += gain[k, i] * before[e + 1, k]
             before[e, i] = total + corrections[e, i]
             corrections[e, i] = total
+    for e in range(count - 2, -1, -1):
+        share = min(1.0, (time[indices[e + 1]] - time[indices[e]]) / JUDGED_TIME)
+        for i in range(2):
+            factors[e, i] = factors[e + 1, i] + share * (factors[e, i] - factors[e + 1, i])
     e = -1
     for t in range(modes.shape[0]):
         while e + 1 < count and indices[e + 1] <= t:
@@ -130,4 +136,5 @@ def smooth(indices, filtered, transitions, corrections, modes, covariances, bias
             bias[t, i] += left[6 + i] + share * (right[6 + i] - left[6 + i])
             bias_std[t, i] = math.sqrt(filtered[nearest, 6 + i, 6 + i])
             for j in range(3):
-                covariances[t, i, j] = filtered[nearest, i, j]
+                scale = factors[nearest, 0 if i < 2 else 1] * factors[nearest, 0 if j < 2 else 1]
+                covariances[t, i, j] = math.sqrt(scale) * filtered[nearest, i, j] + readout[t, i, j]

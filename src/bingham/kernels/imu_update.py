@@ -7,6 +7,7 @@ import math
 from bingham.kernels import imu_state as at
 from bingham.kernels.compile import compiled
 from bingham.kernels.imu_field import field_update
+from bingham.kernels.imu_stated import judge
 from bingham.kernels.imu_state import coupling_matrix, covariance_step, scalar_update
 from bingham.kernels.quaternion import from_rotation_vector, product
 
@@ -111,6 +112,7 @@ def update(s, p, par, x, work, out, keep):
     noise[2] = par[at.P_WALK] ** 2 * dt
     noise[3] = 1e-8 * dt
     covariance_step(p, turn, coupling, fall, noise, work[0])
+    tilt, heading = p[0, 0] + p[1, 1], p[2, 2]
     if keep.size > 0:
         for i in range(3):
             for j in range(3):
@@ -152,6 +154,7 @@ def update(s, p, par, x, work, out, keep):
             evidence += scalar_update(p, x, column, column[6 + i], variance, residual, gain)
     if s[at.FIELD_COUNT] > 0.0:
         evidence += field_update(s, p, par, x, gain, column, out)
+    judge(s, p, x, tilt, heading, dt)
     _correct(s, x)
     out[at.O_EVIDENCE] = evidence
     for i in range(at.ELAPSED, at.FIELD_COUNT + 1):
