@@ -217,6 +217,48 @@ def test_clipping_is_noticed():
     assert state.values[at.CLIPPED] == pytest.approx(0.02)
 
 
+@pytest.mark.parametrize("factor", [0.5, 1.0, 2.0])
+def test_variances_are_stated_by_the_corrections_made(factor):
+    """Scalar Kalman filters in equilibrium whose corrections are `factor` times what they expect."""
+    from bingham.kernels import imu_state as at
+    from bingham.kernels.imu_stated import judge, scales
+
+    rng = np.random.default_rng(4)
+    before, after = 2.0e-4, 1.98e-4
+    p = np.diag(np.full(12, after))
+    found = []
+    for _ in range(100):
+        s = np.zeros(at.STATE_SIZE)
+        assert scales(s) == (1.0, 1.0)
+        for _ in range(2000):
+            judge(s, p, factor * math.sqrt(before - after) * rng.standard_normal(12), 2.0 * before, before, 0.02)
+        found.append([s[at.TILT_RATIO], s[at.HEADING_RATIO], *scales(s)])
+    found = np.array(found)
+    mean, error = found.mean(axis=0), found.std(axis=0) / math.sqrt(len(found))
+    assert np.all(np.abs(mean[:2] - factor**2) < 4 * error[:2])
+    assert abs(mean[2] - (5.0 + 30.0 * factor**2) / 35.0) < 4 * error[2]  # a ratio of 1 for 5 s is the prior
+    assert found[:, 3].min() >= 1.0
+
+
+def test_the_mounting_counts_in_what_is_stated_only():
+    r = still(30.0)
+    loose, firm = (ImuFilter(alignment_error=a).run(r) for a in (0.01, 0.0))
+    np.testing.assert_array_equal(loose.modes, firm.modes)
+    added = loose.rotation_covariance[-1] - firm.rotation_covariance[-1]
+    np.testing.assert_allclose(added, np.diag([1e-4, 1e-4, 0.0]), atol=1e-7)
+    smoothed = [ImuFilter(alignment_error=a).smooth(r).rotation_covariance[-1] for a in (0.01, 0.0)]
+    np.testing.assert_allclose(smoothed[0] - smoothed[1], added, atol=1e-12)
+
+
+def test_a_first_sample_unlike_gravity_is_believed_less():
+    tilts = [ImuFilter().run(still(0.02)).inclination_std[0]]
+    for size in (12.0, 19.6):
+        force = np.tile([0.0, 0.0, size], (2, 1))
+        r = ImuRecording("swing", [0.0, 0.01], np.zeros((2, 3)), force)
+        tilts.append(ImuFilter().run(r).inclination_std[0])
+    assert tilts[0] < tilts[1] < tilts[2]
+
+
 def yaw_only(seconds, rate, rng):
     """Bodies that only turn about the vertical: their heading bias cannot be seen."""
     time = np.arange(int(seconds * rate)) / rate

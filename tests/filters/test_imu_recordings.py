@@ -1,5 +1,6 @@
 """The inertial filter with its default parameters on recordings with ground truth."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -70,21 +71,48 @@ def test_broad_smoothed(broad):
     assert inclination <= 0.53
 
 
-def test_stated_inclination_is_truthful_on_undisturbed_trials(broad):
-    ratios, coverages = [], []
-    for r in broad:
-        if "undisturbed" not in r.name:
-            continue
-        track = ImuFilter().run(r)
-        e, _, scored = errors(track, r)
-        tilt = 2 * e[:, 1:3]
-        p = track.rotation_covariance[scored][:, :2, :2]
-        ratios.append(np.sqrt(np.mean(np.sum(tilt**2, axis=1)) / np.mean(track.inclination_std[scored] ** 2)))
-        squared = np.einsum("ni,nij,nj->n", tilt, np.linalg.inv(p), tilt)
-        coverages.append(np.mean(squared < 5.991))  # χ², two degrees of freedom, 95 %
-    assert len(ratios) == 8
-    assert 1 / 1.5 <= np.sqrt(np.mean(np.square(ratios))) <= 1.5
-    assert 0.88 <= np.mean(coverages) <= 0.99
+def truthfulness(track, recording):
+    """Actual over stated RMS of the inclination error, and the share of 95 % sets of it that hold the truth."""
+    e, _, scored = errors(track, recording)
+    tilt = 2 * e[:, 1:3]
+    p = track.rotation_covariance[scored][:, :2, :2]
+    ratio = np.sqrt(np.mean(np.sum(tilt**2, axis=1)) / np.mean(track.inclination_std[scored] ** 2))
+    squared = np.einsum("ni,nij,nj->n", tilt, np.linalg.inv(p), tilt)
+    return ratio, np.mean(squared < 5.991)  # χ², two degrees of freedom, 95 %
+
+
+def undisturbed(recordings):
+    found = [r for r in recordings if "undisturbed" in r.name]
+    assert len(found) == 8
+    return found
+
+
+def test_stated_inclination_is_truthful_trial_by_trial(broad):
+    stated = {r.name: truthfulness(ImuFilter().run(r), r) for r in broad}
+    assert all(1 / 1.5 <= ratio <= 1.5 for ratio, _ in stated.values()), stated
+    coverages = np.array([stated[r.name][1] for r in undisturbed(broad)])
+    assert 0.88 <= coverages.mean() <= 0.99
+    assert coverages.min() >= 0.75
+
+
+def test_stated_inclination_survives_a_wrong_noise(broad):
+    """Rotations, the gyroscope's scale error understated twofold: the corrections show it.
+
+    What the filter's own covariance says is too sure by 1.9 then.
+    """
+    f = ImuFilter(gyroscope_scale_error=1.5e-3)
+    rotations = [r for r in undisturbed(broad) if "rotation" in r.name]
+    assert len(rotations) == 4
+    assert np.sqrt(np.mean([truthfulness(f.run(r), r)[0] ** 2 for r in rotations])) <= 1.5
+
+
+def test_smoothed_inclination_is_truthful(broad):
+    """One trial out of eight stays overconfident by up to 1.8, a sensor that gives in its mounting."""
+    stated = np.array([truthfulness(ImuFilter().smooth(r), r) for r in undisturbed(broad)])
+    off = np.sort(np.abs(np.log(stated[:, 0])))
+    assert off[-2] <= np.log(1.5), stated
+    assert off[-1] <= np.log(1.8), stated
+    assert 0.85 <= np.mean(stated[:, 1]) <= 0.99
 
 
 def test_uniform_start_agrees_with_the_means_after_two_seconds(broad):
@@ -112,8 +140,21 @@ def test_smartphones_no_worse_than_the_best_open_filter():
     ours = {r.name: summary(ImuFilter().run(r), r)[0] for r in folder("smartphone")}
     assert set(ours) == set(best)
     assert np.median(list(ours.values())) <= np.median(list(best.values()))
-    # No trial diverges: half as much again, or 10°, above the other filter is still following.
-    assert all(ours[name] < max(10.0 + best[name], 1.5 * best[name]) for name in ours)
+    assert not [name for name in ours if diverges(ours[name], best[name])]
+
+
+def diverges(ours, best):
+    """Lost where the other filter follows: beyond twice its error, and beyond 15°, what disturbed fields cost here."""
+    return ours > max(2.0 * best, 15.0)
+
+
+@pytest.mark.skipif(not (DATA / "smartphone").is_dir(), reason="the phone recordings are not beside the project")
+def test_a_filter_with_a_reversed_gyroscope_is_seen_to_diverge():
+    """The control of the test above."""
+    name = "Thibaud_Nexus5_NoDist_AR"
+    r = load(DATA / "smartphone" / f"{name}.npz")
+    track = ImuFilter().run(replace(r, gyroscope=-np.array(r.gyroscope)))
+    assert diverges(summary(track, r)[0], baseline("smartphone", "vqf_online")[name])
 
 
 @pytest.mark.skipif(not (DATA / "tumvi").is_dir(), reason="the TUM VI recording is not beside the project")
@@ -122,4 +163,4 @@ def test_six_axes_on_a_hand_held_rig():
     r = load(DATA / "tumvi" / "room4.npz")
     _, inclination, heading = summary(ImuFilter().run(r), r)
     assert inclination <= 0.853
-    assert heading <= 0.446
+    assert heading <= 0.445

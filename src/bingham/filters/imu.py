@@ -25,8 +25,8 @@ FloatArray = NDArray[np.float64]
 
 # The first accelerometer sample shows up within this, rad, one standard deviation per axis, if its size is g.
 FIRST_TILT = 0.1
-# Before its motion is known a body may swing by 0.17 m/s, and by 1.6 Hz as fast as its first acceleration lets it.
-FIRST_SWING = 0.17
+# Before its motion is known a body may swing by 0.16 m/s, and by 1.6 Hz as fast as its first acceleration lets it.
+FIRST_SWING = 0.16
 SWING_PERIOD = 0.1  # s/rad
 
 
@@ -88,8 +88,8 @@ class ImuFilter:
         Seconds by which samples, taken as means over the interval before them, lag behind the motion: the sensor's
         low-pass filter; a third of it is taken to be unknown. 0 for simulated sensors.
     alignment_error : float
-        Error of the sensor's axes against the body's under 1 g, rad; it grows with the force and moves no estimate, only
-        what is stated. 0 for simulated sensors.
+        Error of the sensor's axes against the body's under 1 g, rad; it grows with the force. It changes what is
+        stated, not the estimate. 0 for simulated sensors.
 
     Examples
     --------
@@ -114,7 +114,7 @@ class ImuFilter:
     accelerometer_noise: float = 0.03
     accelerometer_scale_error: float = 0.02
     accelerometer_bias: float = 0.025
-    slow_velocity: float = 0.1
+    slow_velocity: float = 0.12
     motion_window: float = 5.0
     rest_rate: float = math.radians(2.0)
     rest_acceleration: float = 0.5
@@ -270,10 +270,9 @@ class ImuFilter:
         )
         modes, covariances, bias, bias_std, rest, evidence, code, statistic = out
         if smooth and count:
-            indices, *parts = (part[:count] for part in store)
-            smooth_kernel(
-                indices, np.array(recording.time), *parts, readout, modes, covariances, bias, bias_std
-            )
+            indices, filtered, transitions, corrections, factors = (part[:count] for part in store)
+            fixed = (indices, np.array(recording.time), filtered, transitions, corrections, factors, readout)
+            smooth_kernel(*fixed, modes, covariances, bias, bias_std)
         return ImuTrack(
             recording.time, modes, covariances, bias, bias_std, rest, evidence, code, statistic, state, smooth
         )

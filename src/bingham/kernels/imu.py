@@ -21,9 +21,9 @@ def run(s, p, par, time, last, gyroscope, accelerometer, magnetometer, modes, co
 
     time (N,), gyroscope, accelerometer, magnetometer (N, 3), the latter two NaN where there is no sample, or (0, 3);
     last (3,): times of the samples before of each sensor, NaN before the first. Per sample: modes (N, 4), covariances
-    (N, 3, 3) of θ (world axes) as stated, bias, bias_std (N, 3), rest (N,), evidence (N,), code (N,), statistic (N,). Per update,
-    for the smoother, or empty: indices (E,), filtered (E, 12, 12), transitions (E, 24), corrections (E, 12), factors
-    (E, 2) of the stated variances; and readout (N, 3, 3), what is added to them per sample.
+    (N, 3, 3) of θ (world axes) as stated, bias, bias_std (N, 3), rest (N,), evidence (N,), code (N,), statistic (N,).
+    For the smoother, or empty, per update: indices (E,), filtered (E, 12, 12), transitions (E, 24), corrections
+    (E, 12), factors (E, 2) of the stated variances; per sample: readout (N, 3, 3), what is added to them.
 
     Returns the number of updates.
     """

@@ -13,6 +13,10 @@ from bingham.kernels.quaternion import from_rotation_vector, product
 
 __all__ = ["smooth"]
 
+# Share of the smoother's gain in variance that is not claimed: an error that lasts for seconds is in the samples before
+# and after alike.
+SHARED = 0.1
+
 
 @compiled()
 def _solve(a, b):
@@ -49,9 +53,10 @@ def _solve(a, b):
 def smooth(indices, time, filtered, transitions, corrections, factors, readout, modes, covariances, bias, bias_std):
     """Condition every state on the whole recording, in place.
 
-    indices (E,) into time (N,), filtered (E, 12, 12), transitions (E, 24), corrections (E, 12) as `imu.run` leaves them; `filtered` is
-    overwritten by the smoothed covariances, `corrections` by the smoothed errors of the filtered states. modes (N, 4),
-    covariances (N, 3, 3), bias and bias_std (N, 3) are the filter's and become the smoother's.
+    indices (E,) into time (N,), filtered (E, 12, 12), transitions (E, 24), corrections (E, 12), factors (E, 2) and
+    readout (N, 3, 3) as `imu.run` leaves them; `filtered` is overwritten by the smoothed covariances, `corrections` by
+    the smoothed errors of the filtered states. modes (N, 4), covariances (N, 3, 3), bias and bias_std (N, 3) are the
+    filter's and become the smoother's.
 
     P_s = P + G (P_s⁺ − P⁻) Gᵀ, e_s = G (e_s⁺ + correction), G = P Fᵀ (P⁻)⁻¹ (Rauch, Tung & Striebel 1965). Across a
     restart of the filter nothing is handed back. Variances are stated as the filter's: by `factors` (E, 2), averaged
@@ -63,6 +68,7 @@ def smooth(indices, time, filtered, transitions, corrections, factors, readout, 
     factor = np.empty((12, 12))
     work = np.empty((12, 12))
     gain = np.empty((12, 12))  # Gᵀ
+    online = filtered[:, :3, :3].copy()
     before = np.zeros((count, 12))  # smoothed error relative to the state just before each update
     for e in range(count - 1, -1, -1):
         if e == count - 1:
@@ -137,4 +143,5 @@ def smooth(indices, time, filtered, transitions, corrections, factors, readout, 
             bias_std[t, i] = math.sqrt(filtered[nearest, 6 + i, 6 + i])
             for j in range(3):
                 scale = factors[nearest, 0 if i < 2 else 1] * factors[nearest, 0 if j < 2 else 1]
-                covariances[t, i, j] = math.sqrt(scale) * filtered[nearest, i, j] + readout[t, i, j]
+                claimed = filtered[nearest, i, j] + SHARED * (online[nearest, i, j] - filtered[nearest, i, j])
+                covariances[t, i, j] = math.sqrt(scale) * claimed + readout[t, i, j]

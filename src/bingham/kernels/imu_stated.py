@@ -1,10 +1,11 @@
 """How sure the inertial filter says it is: its own covariance, held against the corrections it had to make.
 
 The corrections of a filter whose noises are described rightly are uncorrelated and have the variance P⁻ − P⁺ by which
-they shrink its covariance (Mehra, IEEE Trans. Autom. Control 15(2), 1970, for innovations). Linear accelerations, errors
-of scale and magnetic disturbances are neither white nor of one level, so their sum over a few seconds is watched: where
-it is smaller or larger than P⁻ − P⁺ says, the covariance is stated smaller or larger by that factor. The estimate
-itself is not touched. What no later sample reveals is added: the sensor's axes against the body's, and its clock.
+they shrink its covariance (Mehra, IEEE Trans. Autom. Control 15(2), 1970, for innovations). Linear accelerations,
+errors of scale and magnetic disturbances are neither white nor of one level, so their sum over a few seconds is
+watched: where its square is smaller or larger than P⁻ − P⁺ says, the covariance is stated smaller or larger by that
+factor. The estimate itself is not touched. What no later sample reveals is added: the sensor's axes against the body's,
+its clock, and the direction of the field.
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ from bingham.kernels.compile import compiled
 
 __all__ = ["JUDGED_TIME", "add_readout_error", "judge", "scales", "stated"]
 
-SUM_TIME = 5.0  # s: longer than the errors' correlation, shorter than the filter's memory
+SUM_TIME = 5.0  # s: longer than the errors' correlation, of the order of the filter's memory
 JUDGED_TIME = 30.0  # s over which the ratio is averaged
 PRIOR_TIME = 5.0  # s for which the prior, a ratio of 1, counts
 DELAY_SHARE = 1.0 / 3.0  # of the sensor's delay that is not known

@@ -7,8 +7,8 @@ import math
 from bingham.kernels import imu_state as at
 from bingham.kernels.compile import compiled
 from bingham.kernels.imu_field import field_update
-from bingham.kernels.imu_stated import judge
 from bingham.kernels.imu_state import coupling_matrix, covariance_step, scalar_update
+from bingham.kernels.imu_stated import judge
 from bingham.kernels.quaternion import from_rotation_vector, product
 
 __all__ = ["update"]
