@@ -47,3 +47,13 @@ def test_mistakes_end_in_one_line(tmp_path, arguments, words):
 
 def test_list_names_the_studies():
     assert "kurz2013" in run(app, ["reproduce", "list"]).stdout
+
+
+def test_errors_speak_of_options(bingham, tmp_path):
+    for arguments, message in [
+        (("glover2013", "--runs", 3), "--runs: expected at least 9, one signal for each cell of Table 1, got 3"),
+        (("kurz1913",), "STUDY: expected one of"),
+    ]:
+        result = bingham("reproduce", *arguments, "-o", tmp_path / "out")
+        assert result.exit_code == 2
+        assert result.stderr.startswith(f"bingham: {message}")

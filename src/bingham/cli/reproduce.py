@@ -37,6 +37,7 @@ def reproduce(
 ) -> None:
     """Rerun a published comparison of filters; interrupted, it continues where it stopped."""
     from bingham.cli.first_use import announce_compilation
+    from bingham.cli.wording import in_options
     from bingham.studies import STUDIES, load_study
     from bingham.studies.execute import run_study
     from bingham.studies.store import RunStore
@@ -45,7 +46,8 @@ def reproduce(
         for name in STUDIES:
             typer.echo(f"{name:18s} {load_study(name).title}")
         return
-    chosen = load_study(study)
+    with in_options({"study": "STUDY"}):
+        chosen = load_study(study)
     announce_compilation()
     options = {} if recording is None else _recorded(recording)
     stores: list[RunStore] = []
@@ -56,7 +58,8 @@ def reproduce(
             stores[0].clear()
         return stores[0]
 
-    with _Progress(study, quiet=as_json) as progress:
+    said = {"runs": "--runs", "jobs": "--jobs", "scheduler": "--scheduler", "recording": "--recording"}
+    with in_options(said), _Progress(study, quiet=as_json) as progress:
         try:
             result = run_study(chosen, runs=runs, seed=seed, jobs=jobs, scheduler=scheduler, store=open_store,
                                progress=progress.update, options=options)  # fmt: skip

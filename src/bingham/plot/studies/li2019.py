@@ -107,7 +107,12 @@ def _errors(result: StudyResult) -> Figure:
             box = ax.boxplot(values, positions=[-row], orientation="horizontal", widths=0.6, patch_artist=True,
                              flierprops={"ms": 2}, medianprops={"color": "black"})  # fmt: skip
             box["boxes"][0].set(facecolor=COLOURS[name.split("_")[0]], alpha=0.6)
+        # After the scale is known: a filter that the study leaves out at this noise is named, not just absent.
         ax.set(xlabel="RMSE of the rotated vector [rad]", title=f"a = {LEVELS[level]}", xscale="log")
+        for row, name in enumerate(shown):
+            if f"rmse/{level}/{name}" not in result.curves:
+                about = {"transform": ax.get_yaxis_transform(), "ha": "center", "va": "center", "color": "0.5"}
+                ax.text(0.5, -row, "not run", fontsize=8, **about)
         _decimal_ticks(ax.xaxis)
     axes[0].set_yticks([-row for row in range(len(shown))], [LABELS[name] for name in shown])
     return figure
@@ -120,6 +125,10 @@ def _decimal_ticks(axis: Any) -> None:
     kept = ticks[(ticks >= low) & (ticks <= high)]
     if len(kept) > 6:
         kept = np.array([tick for tick in kept if f"{tick:.0e}"[0] in "125"])
+    if len(kept) < 2:
+        from matplotlib.ticker import MaxNLocator
+
+        kept = np.array([tick for tick in MaxNLocator(4).tick_values(low, high) if low <= tick <= high])
     axis.set_ticks(kept, [f"{tick:g}" for tick in kept])
     axis.set_ticks([], minor=True)
 

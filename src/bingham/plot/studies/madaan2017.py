@@ -27,7 +27,7 @@ def _axis(result: StudyResult) -> Figure:
     for ax, name in zip(axes_of(axes), ("truth", "measured", "bingham"), strict=True):
         tip = rotate(result.curves[name], [1.0, 0.0, 0.0])
         ax.plot(tip[:, 1], tip[:, 2], ".", ms=1.5, color=COLORS[name])
-        ax.set(title=LABELS[name], xlabel="y", aspect="equal")
+        ax.set(title=LABELS[name], xlabel="y of the body's x axis", aspect="equal")
         ax.title.set_fontsize(10)
     axes[0].set(ylabel="z of the body's x axis")
     return figure
