@@ -102,3 +102,11 @@ def test_errors_speak_of_options(bingham, tmp_path, command, text, options, mess
     assert result.exit_code == 2
     (line,) = result.stderr.splitlines()
     assert message in line
+
+
+def test_an_error_that_reaches_all_around_is_open(bingham, data):
+    result = bingham("fit", data / "axial" / "gray1980_poles.csv")
+    (line,) = [line for line in result.stdout.splitlines() if line.startswith("95 % confidence of the mode")]
+    assert line.split()[-3:] == ["4.54°", "×", "open"]
+    row = json.loads(bingham("fit", data / "axial" / "gray1980_poles.csv", "--json").stdout)
+    assert row["mode_confidence_95_deg"][1] > 90.0

@@ -125,7 +125,8 @@ def test_without_magnetometer_the_heading_of_the_truth_is_turned_to_suit(bingham
         ("t,qw,qx,qy,qz\n0,1,0,0,0\n1,2,0,0,0\n", "line 3, columns qw qx qy qz"),
         ("t,qw,qx,qy,qz\n1,1,0,0,0\n0,1,0,0,0\n", "line 3, column t"),
         ("t,gx,gy,gz\n0,0,0,0\n0,0,0,0\n", "line 3, column t"),
-        ("t,a,b\n0,1,2\n", "line 1"),
+        ("t,a,b\n0,1,2\n", "line 1: neither gx gy gz nor qw qx qy qz; name the columns so or use --column"),
+        ("s,gx,gy,gz\n0,1,2,3\n", "line 1: names no column t; add the time in seconds or name it in --column t=NAME"),
     ],
 )
 def test_a_malformed_recording_ends_in_one_line_and_no_output(bingham, imu, tmp_path, text, place):

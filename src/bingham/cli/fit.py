@@ -143,7 +143,7 @@ def print_fit(row: dict[str, Any]) -> None:
             "" if last else f"{error:.2g}",
             f"{share:.4f}",
             "  ".join(f"{x:+.4f}" for x in axis),
-            "mode" if last else "open" if turn is None else f"{turn:.2f}°",
+            "mode" if last else _degrees(turn),
         )
     console.print(table, highlight=False)
     rotation = f" (rotation by {row['credible_rotation_95_deg']:.2f}°)" if row["dim"] == 4 else ""
@@ -163,4 +163,5 @@ def print_fit(row: dict[str, Any]) -> None:
 
 
 def _degrees(value: float | None) -> str:
-    return "open" if value is None else f"{value:.2f}°"
+    """Return an error of an axis; one that reaches all around says nothing of where it points."""
+    return "open" if value is None or value >= 90.0 else f"{value:.2f}°"
