@@ -1,8 +1,12 @@
 import importlib.util
+from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
 
+from bingham.simulate.rooms import four_rooms
+from bingham.simulate.scene import corridor
 from bingham.studies import load_study
 from bingham.studies.execute import run_study
 
@@ -13,7 +17,13 @@ ROOM = "rendered room"
 def result():
     if importlib.util.find_spec("gtsam") is None:
         pytest.skip("gtsam is not installed")
-    return run_study(load_study("madaan2017-planes"), runs=1, seed=2)
+    scene, camera = corridor()
+    # A quarter of the pixels and half the poses, for speed.
+    small = replace(camera, width=320, height=240, focal=0.5 * camera.focal)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("bingham.studies.madaan2017_planes.corridor", lambda: (scene, small))
+        patch.setattr("bingham.studies.madaan2017_planes.four_rooms", partial(four_rooms, poses=24))
+        return run_study(load_study("madaan2017-planes"), runs=1, seed=2)
 
 
 def test_the_room_shows_the_findings_and_what_mends_them(result):

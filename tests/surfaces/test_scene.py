@@ -1,5 +1,6 @@
 """Normals and plane directions: closed forms, the rendered room, and recorded clouds."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -20,6 +21,8 @@ def angle_between(a, b):
 @pytest.fixture(scope="module")
 def room():
     scene, camera = corridor()
+    # A quarter of the pixels: the planes stay large, the fit is four times as fast.
+    camera = replace(camera, width=320, height=240, focal=0.5 * camera.focal)
     view = render(scene, camera, rng=0)
     normals = organised_normals(back_project(view.depth, *camera.intrinsics)).normals
     return camera, view, normals

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from bingham.distributions.bingham import Bingham
 from bingham.errors import MissingExtraError
-from bingham.rotations import compose, conjugate, left_matrix
+from bingham.rotations import right_matrix
 from bingham.surfaces.planes import as_group, noise_to_gaussian, plane_likelihood
 
 __all__ = ["BinghamResidual", "GaussianResidual", "Linearised", "plane_factor"]
@@ -76,30 +76,28 @@ class GaussianResidual:
     """e = Σ^{−1/2} log(h* ⊕ z), the tangent-space Gaussian of Kaess (2015) with the covariance of the noise law."""
 
     def __init__(self, measured: FloatArray, noise: Bingham) -> None:
-        self._measured = as_group(measured)
+        # r = h* ⊗ z is linear in h, whose order (n, d) is turned round to the quaternion's (d, n).
+        right = right_matrix(as_group(measured)) @ np.diag([1.0, -1.0, -1.0, -1.0])
+        self._linear = np.roll(right, -1, axis=1)
         self._whiten = np.linalg.cholesky(np.linalg.inv(noise_to_gaussian(noise))).T
 
     def __call__(self, rotation: FloatArray, position: FloatArray, quaternion: FloatArray) -> Linearised:
         """Return the residual at rotation (3, 3), position (3,) and plane quaternion (4,)."""
         h, by_pose, by_plane = _predicted(rotation, position, quaternion)
-        # r = h* ⊕ z is linear in h: D z* ⊕ h conjugated.
-        linear = conjugate(np.swapaxes(left_matrix(conjugate(self._measured)), 0, 1)).T
-        r = compose(conjugate(as_group(h)), self._measured)
-        sign = -1.0 if r[0] < 0.0 else 1.0
-        linear = sign * linear
-        w, v = sign * r[0], sign * r[1:]
-        s = float(np.linalg.norm(v))
-        angle = 2.0 * np.arctan2(s, w)
+        r = self._linear @ h
+        # r and −r are one deviation: the shorter turn.
+        linear, r = (-self._linear, -r) if r[0] < 0.0 else (self._linear, r)
+        w, v = r[0], r[1:]
+        s = math.sqrt(v @ v)
+        angle = 2.0 * math.atan2(s, w)
         # ω = (angle/s) v; as r stays of unit length, ∂angle = 2 (w ∂s − s ∂w).
         factor = angle / s if s > 1e-8 else 2.0
         unit = v / s if s > 1e-8 else np.zeros(3)
         by_r = np.empty((3, 4))
         by_r[:, 0] = -2.0 * v
-        by_r[:, 1:] = factor * (np.eye(3) - np.outer(unit, unit)) + 2.0 * w * np.outer(unit, unit)
+        by_r[:, 1:] = factor * IDENTITY[:3, :3] + (2.0 * w - factor) * unit[:, None] * unit
         chain = self._whiten @ by_r @ linear
-        return Linearised(
-            self._whiten @ (factor * v), chain @ np.roll(by_pose, 1, axis=0), chain @ np.roll(by_plane, 1, axis=0)
-        )
+        return Linearised(self._whiten @ (factor * v), chain @ by_pose, chain @ by_plane)
 
 
 def plane_factor(pose_key: int, plane_key: int, residual: Callable[..., Linearised]) -> Any:
