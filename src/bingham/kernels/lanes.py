@@ -12,7 +12,7 @@ import math
 import numpy as np
 
 from bingham.kernels.compile import compiled
-from bingham.kernels.normalizer import CI, CR, LARGEST, SI, SR
+from bingham.kernels.normalizer import CI, CR, LARGEST, SI, SR, node_4
 
 __all__ = ["LANES", "derivatives_lanes_4"]
 
@@ -29,46 +29,21 @@ def _block(w):
     w[F:] = 0.0
     for k in range(SR.size):
         sr, si, cr, ci = SR[k], SI[k], CR[k], CI[k]
-        ss = si * si
-        m3 = sr * sr + ss
         for i in range(LANES):
-            a0, a1, a2, a3 = sr - w[i], sr - w[LANES + i], sr - w[2 * LANES + i], sr
-            pr, pi = a0 * a1 - ss, si * (a0 + a1)
-            qr, qi = a2 * a3 - ss, si * (a2 + a3)
-            m0, m1, m2 = a0 * a0 + ss, a1 * a1 + ss, a2 * a2 + ss
-            rr, ri = pr * qr - pi * qi, pr * qi + pi * qr
-            size = math.sqrt((m0 * m1) * (m2 * m3))
-            t = math.sqrt(0.5 * (size + abs(rr)))
-            r = 1.0 / (size * t)
-            u = 0.5 * ri * size * r
-            n = r * t
-            right = rr >= 0.0
-            rr = t if right else abs(u)
-            ri = u if right else math.copysign(t, ri)
-            # The root's branch as in `normalizer._winding`, without jumps.
-            both = (pi > 0.0) & (qi > 0.0) & (ri >= 0.0)
-            none = (pi <= 0.0) & (qi <= 0.0) & (ri <= 0.0)
-            signed = n if both | none else -n
-            fr, fi = (cr * rr + ci * ri) * signed, (ci * rr - cr * ri) * signed
-            n *= n
-            n01, n23 = n * m0 * m1, n * m2 * m3
-            n0, n1, n2, n3 = n23 * m1, n23 * m0, n01 * m3, n01 * m2
-            a0, a1, a2, a3 = a0 * n0, a1 * n1, a2 * n2, a3 * n3
-            b0, b1, b2, b3 = -si * n0, -si * n1, -si * n2, -si * n3
-            w[F + i] += fi
-            tr, ti = fr * a0 - fi * b0, fr * b0 + fi * a0
-            w[G0 + i] += ti
-            w[H00 + i] += tr * b0 + ti * a0
-            w[H01 + i] += tr * b1 + ti * a1
-            w[H02 + i] += tr * b2 + ti * a2
-            tr, ti = fr * a1 - fi * b1, fr * b1 + fi * a1
-            w[G1 + i] += ti
-            w[H11 + i] += tr * b1 + ti * a1
-            w[H12 + i] += tr * b2 + ti * a2
-            tr, ti = fr * a2 - fi * b2, fr * b2 + fi * a2
-            w[G2 + i] += ti
-            w[H22 + i] += tr * b2 + ti * a2
-            w[G3 + i] += fr * b3 + fi * a3
+            t, t0, t1, t2, t3, t00, t01, t02, t11, t12, t22 = node_4(
+                sr, si, cr, ci, w[i], w[LANES + i], w[2 * LANES + i]
+            )
+            w[F + i] += t
+            w[G0 + i] += t0
+            w[G1 + i] += t1
+            w[G2 + i] += t2
+            w[G3 + i] += t3
+            w[H00 + i] += t00
+            w[H01 + i] += t01
+            w[H02 + i] += t02
+            w[H11 + i] += t11
+            w[H12 + i] += t12
+            w[H22 + i] += t22
     for i in range(LANES):
         n = 1.0 / (w[G0 + i] + w[G1 + i] + w[G2 + i] + w[G3 + i])
         g0, g1, g2 = w[G0 + i] * n, w[G1 + i] * n, w[G2 + i] * n

@@ -22,7 +22,7 @@ import numpy as np
 from bingham.kernels.compile import compiled
 
 __all__ = ["LARGEST", "RULE_DIMENSION", "derivatives", "derivatives_2", "derivatives_4",
-           "gradient_4", "scalars_4"]  # fmt: skip
+           "gradient_4", "node_4", "scalars_4"]  # fmt: skip
 
 # Largest |z|: products of eight factors stay within the range of a double.
 LARGEST = 1e30
@@ -48,15 +48,50 @@ def _branch(pr, pi, t, u):
 
 
 @compiled(inline=True)
-def _winding(p, q, r):
-    """Sign of √p·√q relative to the principal root of r = p·q, from imaginary parts.
+def node_4(sr, si, cr, ci, z0, z1, z2):
+    """Return what the node s = sr + i·si with weight cr + i·ci adds to the sums for d = 4 and z₃ = 0.
 
-    p and q have arguments α, β in (0, 2π) and roots in the upper half-plane; the principal root of r is theirs unless
-    α + β lies in (π, 3π): always so for mixed signs of p and q, else told by the sign of r.
+    With t = c ∏ᵢ (s − zᵢ)^{−1/2} that is Im t, then Im t/(s − zᵢ) for i = 0…3, then Im t/((s − zᵢ)(s − zⱼ)) for
+    ij = 00, 01, 02, 11, 12, 22. Written for short chains of dependent operations, and without jumps.
     """
-    both = p > 0.0 and q > 0.0 and r >= 0.0
-    none = p <= 0.0 and q <= 0.0 and r <= 0.0
-    return 1.0 if both or none else -1.0
+    a0, a1, a2 = sr - z0, sr - z1, sr - z2
+    ss = si * si
+    m0, m1, m2, m3 = a0 * a0 + ss, a1 * a1 + ss, a2 * a2 + ss, sr * sr + ss
+    # One root of the product r of all four factors, |r|² = ∏ mᵢ; n = 1/|r|².
+    m01, m23 = m0 * m1, m2 * m3
+    pr, pi = a0 * a1 - ss, si * (a0 + a1)
+    qr, qi = a2 * sr - ss, si * (a2 + sr)
+    rr, ri = pr * qr - pi * qi, pr * qi + pi * qr
+    n = 1.0 / (m01 * m23)
+    size = math.sqrt(m01 * m23)
+    x = 0.5 * (size + abs(rr))
+    t = math.sqrt(x)
+    u = 0.5 * ri * t * (1.0 / x)
+    # The root with positive imaginary part; √p·√q of the pairs' own such roots, whose arguments add, is its negative if
+    # their sum exceeds 2π: if neither or, where one pair lies above the real axis, if r lies on or above it.
+    low = ri < 0.0
+    left = rr < 0.0
+    xr = u if left else (-t if low else t)
+    xi = t if left else abs(u)
+    above = pi > 0.0
+    turned = (not low) if above != (qi > 0.0) else (not above)
+    k = size * n
+    k = -k if turned else k
+    fr, fi = (cr * xr + ci * xi) * k, (ci * xr - cr * xi) * k
+    m01 *= n
+    m23 *= n
+    n0, n1, n2, n3 = m23 * m1, m23 * m0, m01 * m3, m01 * m2
+    # 1/(s − zᵢ) = nᵢ (aᵢ − i·si)
+    hr, hi = fr * si, fi * si
+    r0, i0 = (fr * a0 + hi) * n0, (fi * a0 - hr) * n0
+    r1, i1 = (fr * a1 + hi) * n1, (fi * a1 - hr) * n1
+    r2, i2 = (fr * a2 + hi) * n2, (fi * a2 - hr) * n2
+    i3 = (fi * sr - hr) * n3
+    r0 *= si
+    r1 *= si
+    r2 *= si
+    return (fi, i0, i1, i2, i3, (i0 * a0 - r0) * n0, (i0 * a1 - r0) * n1, (i0 * a2 - r0) * n2,
+            (i1 * a1 - r1) * n1, (i1 * a2 - r1) * n2, (i2 * a2 - r2) * n2)  # fmt: skip
 
 
 @compiled(inline=True)
@@ -68,50 +103,18 @@ def scalars_4(z0, z1, z2):
     f = g0 = g1 = g2 = g3 = 0.0
     h00 = h01 = h02 = h11 = h12 = h22 = 0.0
     for k in range(8):
-        si = SI[k]
-        a0, a1, a2, a3 = SR[k] - z0, SR[k] - z1, SR[k] - z2, SR[k]
-        # One root serves all four factors; the arguments of the pairs tell its branch (see `_winding`).
-        pr, pi = a0 * a1 - si * si, si * (a0 + a1)
-        qr, qi = a2 * a3 - si * si, si * (a2 + a3)
-        m0, m1, m2, m3 = a0 * a0 + si * si, a1 * a1 + si * si, a2 * a2 + si * si, a3 * a3 + si * si
-        rr, ri = pr * qr - pi * qi, pr * qi + pi * qr
-        size = math.sqrt((m0 * m1) * (m2 * m3))
-        t = math.sqrt(0.5 * (size + abs(rr)))
-        # One division serves the root, its reciprocal and the four reciprocal factors.
-        r = 1.0 / (size * t)
-        u = 0.5 * ri * size * r
-        n = r * t
-        if rr >= 0.0:
-            rr, ri = t, u
-        else:
-            rr, ri = abs(u), math.copysign(t, ri)
-        sign = _winding(pi, qi, ri)
-        rr *= sign
-        ri *= sign
-        fr, fi = (CR[k] * rr + CI[k] * ri) * n, (CI[k] * rr - CR[k] * ri) * n
-        n *= n
-        n01, n23 = n * m0 * m1, n * m2 * m3
-        n0, n1, n2, n3 = n23 * m1, n23 * m0, n01 * m3, n01 * m2
-        a0 *= n0
-        a1 *= n1
-        a2 *= n2
-        a3 *= n3
-        b0, b1, b2, b3 = -si * n0, -si * n1, -si * n2, -si * n3
-        f += fi
-        # t = f/(s − zᵢ): its imaginary part feeds the gradient, its product with 1/(s − zⱼ) the Hessian.
-        tr, ti = fr * a0 - fi * b0, fr * b0 + fi * a0
-        g0 += ti
-        h00 += tr * b0 + ti * a0
-        h01 += tr * b1 + ti * a1
-        h02 += tr * b2 + ti * a2
-        tr, ti = fr * a1 - fi * b1, fr * b1 + fi * a1
-        g1 += ti
-        h11 += tr * b1 + ti * a1
-        h12 += tr * b2 + ti * a2
-        tr, ti = fr * a2 - fi * b2, fr * b2 + fi * a2
-        g2 += ti
-        h22 += tr * b2 + ti * a2
-        g3 += fr * b3 + fi * a3
+        t, t0, t1, t2, t3, t00, t01, t02, t11, t12, t22 = node_4(SR[k], SI[k], CR[k], CI[k], z0, z1, z2)
+        f += t
+        g0 += t0
+        g1 += t1
+        g2 += t2
+        g3 += t3
+        h00 += t00
+        h01 += t01
+        h02 += t02
+        h11 += t11
+        h12 += t12
+        h22 += t22
     # Σω = 1 is exact in theory; dividing by the sum removes the common part of the quadrature error.
     n = 1.0 / (g0 + g1 + g2 + g3)
     g0 *= n
