@@ -58,8 +58,8 @@ for name, track in tracks.items():
 # What a TUM file leaves out
 # --------------------------
 # evo sees errors; the track also says how large they may be. Its 95 % bound is that of the rotation's angle, twice the
-# angle on the sphere. It is wide here: the filter's defaults are for real sensors and disturbed places, and the simulated
-# sensor is better than that.
+# angle on the sphere. It is wide here: the filter's defaults are for real sensors and disturbed places, and the
+# simulated sensor is better than that.
 
 figure, panel = plt.subplots(figsize=(8.0, 3.6), layout="constrained")
 some = np.flatnonzero(scored)[::20]
