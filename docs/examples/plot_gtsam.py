@@ -103,7 +103,7 @@ for name, (found, covariances) in results.items():
 
 # %%
 # Told that the camera's z axis is the uncertain one, the graph turns it about that to follow the fixes: it rolls over
-# by 45°, and states 2° (two standard deviations) for it.
+# by some 40°, and states 2° (two standard deviations) for it.
 
 figure, (left, right) = plt.subplots(1, 2, figsize=(9.0, 3.8), layout="constrained")
 path = np.array([pose.translation() for pose in poses])
