@@ -58,7 +58,7 @@ def cluster(
     from bingham.cli.first_use import announce_compilation
     from bingham.cli.staging import staged
     from bingham.cli.wording import in_options
-    from bingham.distributions.selection import fit_mixture
+    from bingham.distributions.mixture import BinghamMixture
     from bingham.io import read_axes
 
     if method not in ("em", "sac"):
@@ -75,9 +75,9 @@ def cluster(
             bar.advance()
 
         try:
-            mixture = fit_mixture(axes.values, sizes, method=method, background=background, restarts=restarts,
-                                  max_concentration=max_concentration, min_points=min_points, rng=seed,
-                                  progress=done)  # fmt: skip
+            mixture = BinghamMixture.fit(axes.values, sizes, method=method, background=background, restarts=restarts,
+                                         max_concentration=max_concentration, min_points=min_points, rng=seed,
+                                         progress=done)  # fmt: skip
         except (InvalidArgumentError, ConvergenceError) as error:
             raise RecordingError(file, f"{len(axes.values)} rows", str(error)) from None
     label = mixture.predict(axes.values)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
@@ -109,6 +109,7 @@ class BinghamMixture:
         min_density: float | None = None,
         tolerance: float = 1e-7,
         rng: Any = None,
+        progress: Callable[[int, BinghamMixture | None], None] | None = None,
     ) -> BinghamMixture:
         """Fit a mixture to unit vectors; signs of rows do not matter, not even to the last bit.
 
@@ -139,6 +140,8 @@ class BinghamMixture:
             Gain of log-likelihood a sample and step, in nats, at which "em" has converged.
         rng : None, int or numpy.random.Generator
             Passed to ``numpy.random.default_rng``.
+        progress : callable, optional
+            Called by "em" with each number of components when it is done, and its mixture, None if it lost a component.
 
         Raises
         ------
@@ -151,7 +154,7 @@ class BinghamMixture:
 
         return fit_mixture(x, components, method=method, weights=weights, background=background, restarts=restarts,
                            max_concentration=max_concentration, min_points=min_points, min_density=min_density,
-                           tolerance=tolerance, rng=rng)  # fmt: skip
+                           tolerance=tolerance, rng=rng, progress=progress)  # fmt: skip
 
     @property
     def dim(self) -> int:

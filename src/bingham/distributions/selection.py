@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -32,18 +32,18 @@ def fit_mixture(
     x: ArrayLike | Rotation,
     components: int | Sequence[int],
     *,
-    method: Literal["em", "sac"] = "em",
-    weights: ArrayLike | None = None,
-    background: bool = True,
-    restarts: int = 10,
-    max_concentration: float = 1e6,
-    min_points: int | None = None,
-    min_density: float | None = None,
-    tolerance: float = 1e-7,
-    rng: Any = None,
-    progress: Callable[[int, BinghamMixture | None], None] | None = None,
+    method: str,
+    weights: ArrayLike | None,
+    background: bool,
+    restarts: int,
+    max_concentration: float,
+    min_points: int | None,
+    min_density: float | None,
+    tolerance: float,
+    rng: Any,
+    progress: Callable[[int, BinghamMixture | None], None] | None,
 ) -> BinghamMixture:
-    """Fit a mixture; see `BinghamMixture.fit`. `progress` is called with each number of components when it is done."""
+    """Fit a mixture; contract and defaults are those of `BinghamMixture.fit`."""
     a = np.ascontiguousarray(unit_rows(x, None, "x"))
     if a.ndim != 2 or len(a) < 1 or a.shape[1] < 2:
         raise InvalidArgumentError("x", "samples as rows, shape (n, d) with n >= 1 and d >= 2", a.shape)
