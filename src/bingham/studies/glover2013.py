@@ -23,10 +23,10 @@ from bingham.studies.study import (
     Row,
     Study,
     StudyResult,
-    chunk_ranges,
     generator,
     joined,
     mean_row,
+    range_chunks,
     wins_row,
 )
 
@@ -174,11 +174,8 @@ def _chunks(runs: int, seed: int, options: Mapping[str, Any]) -> list[Chunk]:
     chunks: list[Chunk] = []
     for cell, (process, observation) in enumerate(TABLE):
         count = runs // len(TABLE) + (cell < runs % len(TABLE))
-        for first, last in chunk_ranges(count, CHUNK):
-            arguments = {"process": process, "observation": observation, "seed": seed, "cell": cell}
-            chunks.append(
-                Chunk(f"cell{cell}-{first:07d}-{last:07d}", run_cell, arguments | {"first": first, "last": last})
-            )
+        arguments = {"process": process, "observation": observation, "seed": seed, "cell": cell}
+        chunks += range_chunks(f"cell{cell}-", run_cell, count, CHUNK, **arguments)
     pairs = [(p, o) for p in COMPOSED for o in COMPOSED]
     for cell, (process, observation) in enumerate(pairs):
         arguments = {"process": process, "observation": observation, "seed": seed, "cell": cell}

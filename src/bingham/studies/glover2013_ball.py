@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from bingham.distributions.bingham import Bingham
 from bingham.rotations import compose, from_rotation_vector, rotate
 from bingham.studies.ball_filters import FILTERS, run_filters
-from bingham.studies.study import Arrays, Chunk, Row, Study, StudyResult, chunk_ranges, generator, joined, mean_row
+from bingham.studies.study import Arrays, Chunk, Row, Study, StudyResult, generator, joined, mean_row, range_chunks
 
 __all__ = ["ASSUMED", "DEFAULT", "LOGO_NOISES", "SPIN_TYPES", "STUDY", "simulate_flight"]
 
@@ -97,13 +97,9 @@ def _angle(p: FloatArray, q: FloatArray) -> float:
 
 def _chunks(runs: int, seed: int, options: Mapping[str, Any]) -> list[Chunk]:
     return [
-        Chunk(
-            f"level{level}-{first:07d}-{last:07d}",
-            run_chunk,
-            {"level": level, "seed": seed, "first": first, "last": last},
-        )
+        chunk
         for level in range(len(LOGO_NOISES))
-        for first, last in chunk_ranges(runs, CHUNK)
+        for chunk in range_chunks(f"level{level}-", run_chunk, runs, CHUNK, level=level, seed=seed)
     ]
 
 

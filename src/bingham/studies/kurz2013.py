@@ -21,10 +21,10 @@ from bingham.studies.study import (
     Row,
     Study,
     StudyResult,
-    chunk_ranges,
     generator,
     joined,
     mean_row,
+    range_chunks,
     wins_row,
 )
 from bingham.studies.timing import microseconds_per_step
@@ -106,10 +106,7 @@ def bingham_gaussian_divergence(z1: float) -> float:
 
 
 def _chunks(runs: int, seed: int, options: Mapping[str, Any]) -> list[Chunk]:
-    return [
-        Chunk(f"runs-{first:07d}-{last:07d}", run_chunk, {"seed": seed, "first": first, "last": last})
-        for first, last in chunk_ranges(runs, CHUNK)
-    ]
+    return range_chunks("runs-", run_chunk, runs, CHUNK, seed=seed)
 
 
 def _summarize(runs: int, seed: int, results: Mapping[str, Arrays]) -> StudyResult:

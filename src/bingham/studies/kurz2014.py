@@ -30,10 +30,10 @@ from bingham.studies.study import (
     Row,
     Study,
     StudyResult,
-    chunk_ranges,
     generator,
     joined,
     mean_row,
+    range_chunks,
     wins_row,
 )
 from bingham.studies.timing import microseconds_per_step
@@ -155,12 +155,11 @@ def run_chunk(scenario: int, kind: str, seed: int, first: int, last: int) -> Arr
 
 def _chunks(runs: int, seed: int, options: Mapping[str, Any]) -> list[Chunk]:
     return [
-        Chunk(f"{s.label}-{kind}-{first:07d}-{last:07d}", run_chunk,
-              {"scenario": i, "kind": kind, "seed": seed, "first": first, "last": last})
+        chunk
         for i, s in enumerate(SCENARIOS)
         for kind in KINDS
-        for first, last in chunk_ranges(runs, CHUNK)
-    ]  # fmt: skip
+        for chunk in range_chunks(f"{s.label}-{kind}-", run_chunk, runs, CHUNK, scenario=i, kind=kind, seed=seed)
+    ]
 
 
 def _summarize(runs: int, seed: int, results: Mapping[str, Arrays]) -> StudyResult:

@@ -24,7 +24,7 @@ from bingham.sampling.random import RandomSampling
 from bingham.sampling.riemannian import RiemannianSampling
 from bingham.sampling.unscented import Unscented
 from bingham.studies.li2019_sampling import correction_rows, correction_sets, sampling_rows, sampling_sets
-from bingham.studies.study import Arrays, Chunk, Row, Study, StudyResult, chunk_ranges, generator, joined, mean_row
+from bingham.studies.study import Arrays, Chunk, Row, Study, StudyResult, generator, joined, mean_row, range_chunks
 
 __all__ = ["FILTERS", "NOISE_LEVELS", "STUDY"]
 
@@ -193,9 +193,7 @@ def milliseconds_per_step(name: str, level: float, measured: FloatArray, repetit
 def _chunks(runs: int, seed: int, options: Mapping[str, Any]) -> list[Chunk]:
     chunks = [Chunk("sampling", sampling_sets, {}), Chunk("correction", correction_sets, {})]
     for level in range(len(NOISE_LEVELS)):
-        for first, last in chunk_ranges(runs, CHUNK):
-            arguments = {"seed": seed, "level": level, "first": first, "last": last}
-            chunks.append(Chunk(f"track-{level}-{first:07d}-{last:07d}", run_chunk, arguments))
+        chunks += range_chunks(f"track-{level}-", run_chunk, runs, CHUNK, seed=seed, level=level)
     return chunks
 
 

@@ -16,7 +16,7 @@ import numpy as np
 from bingham.distributions.mixture import BinghamMixture
 from bingham.simulate.rooms import four_rooms
 from bingham.simulate.scene import corridor, render
-from bingham.studies.study import Arrays, Chunk, Row, Study, StudyResult, chunk_ranges, generator, joined, mean_row
+from bingham.studies.study import Arrays, Chunk, Row, Study, StudyResult, generator, joined, mean_row, range_chunks
 from bingham.surfaces.normals import back_project, organised_normals
 from bingham.surfaces.planar_slam import PlanarSolution, dead_reckoning, solve_planar_slam
 from bingham.surfaces.planes import gaussian_to_noise, plane_angle
@@ -120,12 +120,8 @@ def _rms(error: Any) -> float:
 
 
 def _chunks(runs: int, seed: int, options: Mapping[str, Any]) -> list[Chunk]:
-    parts: list[Chunk] = []
-    for first, last in chunk_ranges(runs, 2):
-        span = {"seed": seed, "first": first, "last": last}
-        parts.append(Chunk(f"room-{first:05d}", room_chunk, span))
-        parts += [Chunk(f"slam-{name}-{first:05d}", slam_chunk, {**span, "noise": name}) for name in NOISES]
-    return parts
+    loops = [range_chunks(f"slam-{name}-", slam_chunk, runs, 2, seed=seed, noise=name) for name in NOISES]
+    return sum(loops, range_chunks("room-", room_chunk, runs, 2, seed=seed))
 
 
 def _summarize(runs: int, seed: int, results: Mapping[str, Arrays]) -> StudyResult:
@@ -145,7 +141,7 @@ def _summarize(runs: int, seed: int, results: Mapping[str, Arrays]) -> StudyResu
     curves: Arrays = {}
     for noise in NOISES:
         case = f"loop, {noise} noise"
-        prefix = f"slam-{noise}"
+        prefix = f"slam-{noise}-"
         table.append(mean_row(case, "odometry", "trajectory_rmse_m", joined(results, prefix, "trajectory/odometry")))
         for model in MODELS:
             for metric, name in (
@@ -156,9 +152,10 @@ def _summarize(runs: int, seed: int, results: Mapping[str, Arrays]) -> StudyResu
                 ("converged", "converged"),
             ):
                 table.append(mean_row(case, model, metric, joined(results, prefix, f"{name}/{model}")))
-        first = results[f"{prefix}-00000"]
+        first = results[min(key for key in results if key.startswith(prefix))]
         curves |= {key: value for key, value in first.items() if key.startswith(f"{noise}/")}
-    curves |= {key: value for key, value in results["room-00000"].items() if key.startswith("example/")}
+    first = results[min(key for key in results if key.startswith("room-"))]
+    curves |= {key: value for key, value in first.items() if key.startswith("example/")}
     return StudyResult("madaan2017-planes", runs, seed, table, curves)
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from typing import Any
 
@@ -17,10 +17,10 @@ __all__ = [
     "Row",
     "Study",
     "StudyResult",
-    "chunk_ranges",
     "generator",
     "joined",
     "mean_row",
+    "range_chunks",
     "wins_row",
 ]
 
@@ -107,12 +107,18 @@ def generator(seed: int, *key: int) -> np.random.Generator:
     return np.random.default_rng(np.random.SeedSequence(seed, spawn_key=key))
 
 
-def chunk_ranges(runs: int, size: int) -> Iterator[tuple[int, int]]:
-    """Yield (first, last + 1) of consecutive chunks of at most ``size`` runs."""
+def range_chunks(prefix: str, function: Callable[..., Arrays], runs: int, size: int, **arguments: Any) -> list[Chunk]:
+    """Return chunks ``function(**arguments, first=..., last=...)`` of at most ``size`` runs first … last − 1.
+
+    Their keys begin with the prefix and sort by run, as `joined` wants them.
+    """
     if runs < 1:
         raise InvalidArgumentError("runs", "at least 1", runs)
-    for first in range(0, runs, size):
-        yield first, min(first + size, runs)
+    spans = [(first, min(first + size, runs)) for first in range(0, runs, size)]
+    return [
+        Chunk(f"{prefix}{first:07d}-{last:07d}", function, {**arguments, "first": first, "last": last})
+        for first, last in spans
+    ]
 
 
 def joined(results: Mapping[str, Arrays], prefix: str, name: str) -> NDArray[Any]:
