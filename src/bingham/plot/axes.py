@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
@@ -15,7 +15,7 @@ from bingham.plot.sphere import draw_axes_cloud, draw_sphere, project
 from bingham.plot.style import AXIS_COLOURS, INK, PALE, new_figure
 from bingham.rotations import rotate
 
-__all__ = ["equal_area", "plot_fit"]
+__all__ = ["draw_density_map", "equal_area", "plot_fit"]
 
 FloatArray = NDArray[np.float64]
 
@@ -66,14 +66,33 @@ def equal_area(v: FloatArray) -> FloatArray:
     return down[..., [1, 0]] / np.sqrt(1 + down[..., 2:])
 
 
-def _draw_hemisphere(figure: Any, x: FloatArray, law: Bingham, names: tuple[str, ...]) -> None:
+def draw_density_map(
+    axes: Any, density: Callable[[FloatArray], FloatArray], names: tuple[str, ...]
+) -> tuple[bool, FloatArray]:
+    """Draw a density (n, 3) → (n,) on the map of `equal_area`, and its edge.
+
+    Returns whether the names are geographic, and the matrix (3, 3) that turns vectors to the map's (n, e, d): other
+    frames are drawn as seen from above, first component right, second up, third towards the reader.
+    """
     geographic = names == ("n", "e", "d")
-    # Other frames are drawn as seen from above: first component right, second up, third towards the reader.
     turn = np.eye(3) if geographic else np.array([[0.0, 1, 0], [1, 0, 0], [0, 0, -1]])
-    axes = figure.subplots()
+    grid = np.linspace(-1, 1, 301)
+    east, north = np.meshgrid(grid, grid)
+    square = east**2 + north**2
+    across = np.sqrt(np.maximum(2 - square, 0))
+    inside = square <= 1
+    vectors = np.stack([north * across, east * across, 1 - square], axis=-1)[inside] @ turn
+    shade = np.full(square.shape, np.nan)
+    shade[inside] = density(vectors / np.linalg.norm(vectors, axis=1, keepdims=True))
+    axes.contourf(east, north, shade, levels=12, cmap="Blues", alpha=0.45, antialiased=True)
     edge = np.linspace(0.0, 2 * np.pi, 361)
-    _shade_density(axes, law, turn)
     axes.plot(np.cos(edge), np.sin(edge), color=INK, lw=1.0)
+    return geographic, turn
+
+
+def _draw_hemisphere(figure: Any, x: FloatArray, law: Bingham, names: tuple[str, ...]) -> None:
+    axes = figure.subplots()
+    geographic, turn = draw_density_map(axes, law.pdf, names)
     labels = "NESW" if geographic else (f"+{names[1]}", f"+{names[0]}", f"−{names[1]}", f"−{names[0]}")
     for k, label in enumerate(labels):
         tick = np.array([np.sin(k * np.pi / 2), np.cos(k * np.pi / 2)])
@@ -81,6 +100,7 @@ def _draw_hemisphere(figure: Any, x: FloatArray, law: Bingham, names: tuple[str,
         axes.text(*(1.1 * tick), label, ha="center", va="center", color=INK)
     axes.plot(*equal_area(x @ turn.T).T, "o", color=DATA, ms=3.5, alpha=0.6, mew=0, label=f"{len(x)} axes")
     pole, middle, mode = law.M.T @ turn.T
+    edge = np.linspace(0.0, 2 * np.pi, 361)
     circle = np.cos(edge)[:, None] * middle + np.sin(edge)[:, None] * mode
     axes.plot(*_broken(equal_area(circle)).T, color=PLANE, lw=1.0, label="best plane and its pole")
     axes.plot(*equal_area(pole), "s", color=PLANE, ms=6, mfc="none")
@@ -95,19 +115,6 @@ def _draw_hemisphere(figure: Any, x: FloatArray, law: Bingham, names: tuple[str,
     view = "lower hemisphere" if geographic else f"hemisphere −{names[2]}" if names else "hemisphere"
     axes.set_title(f"equal area, {view}; shade: fitted density", fontsize=9)
     figure.legend(loc="outside lower center", ncols=3, fontsize=8, frameon=False)
-
-
-def _shade_density(axes: Any, law: Bingham, turn: FloatArray) -> None:
-    grid = np.linspace(-1, 1, 301)
-    east, north = np.meshgrid(grid, grid)
-    square = east**2 + north**2
-    across = np.sqrt(np.maximum(2 - square, 0))
-    v = np.stack([north * across, east * across, 1 - square], axis=-1)
-    inside = square <= 1
-    density = np.full(square.shape, np.nan)
-    vectors = v[inside] @ turn
-    density[inside] = law.pdf(vectors / np.linalg.norm(vectors, axis=1, keepdims=True))
-    axes.contourf(east, north, density, levels=12, cmap="Blues", alpha=0.45, antialiased=True)
 
 
 def _broken(points: FloatArray) -> FloatArray:

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from bingham.distributions.bingham import Bingham
 from bingham.distributions.mixture import BinghamMixture
 from bingham.errors import InvalidArgumentError
-from bingham.plot.axes import equal_area
+from bingham.plot.axes import draw_density_map, equal_area
 from bingham.plot.sphere import draw_sphere, project
 from bingham.plot.style import INK, PALE, new_figure
 from bingham.rotations import rotate
@@ -90,26 +90,15 @@ def _draw_axes(figure: Any, x: FloatArray, label: Any, mixture: BinghamMixture, 
     shades = np.array([colour(int(k)) for k in np.concatenate([label, label])])
     left.scatter(u[front], v[front], s=4, c=shades[front], lw=0, alpha=0.6)
     left.set_title("seen from afar; shade: root of the density", fontsize=9)
-    geographic = names == ("n", "e", "d")
-    turn = np.eye(3) if geographic else np.array([[0.0, 1, 0], [1, 0, 0], [0, 0, -1]])
-    grid = np.linspace(-1, 1, 301)
-    east, north = np.meshgrid(grid, grid)
-    square = east**2 + north**2
-    across = np.sqrt(np.maximum(2 - square, 0))
-    vectors = (np.stack([north * across, east * across, 1 - square], axis=-1)[square <= 1]) @ turn
-    density = np.full(square.shape, np.nan)
-    density[square <= 1] = np.sqrt(mixture.pdf(vectors / np.linalg.norm(vectors, axis=1, keepdims=True)))
-    right.contourf(east, north, density, levels=12, cmap="Blues", alpha=0.5)
+    geographic, turn = draw_density_map(right, lambda v: np.sqrt(mixture.pdf(v)), names)
     right.scatter(*equal_area(x @ turn.T).T, s=4, c=[colour(int(k)) for k in label], lw=0, alpha=0.6)
-    edge = np.linspace(0.0, 2 * np.pi, 361)
-    right.plot(np.cos(edge), np.sin(edge), color=INK, lw=1.0)
     for k, mode in enumerate(mixture.components.mode):
         east_k, north_k = equal_area(turn @ mode)
         right.plot(east_k, north_k, "*", color=colour(k), mec=INK, ms=12)
         right.annotate(str(k + 1), (east_k, north_k), xytext=(5, 5), textcoords="offset points", color=INK)
     right.set(aspect="equal", xlim=(-1.1, 1.1), ylim=(-1.1, 1.1))
     right.set_axis_off()
-    view = "lower hemisphere, north up" if geographic else "lower hemisphere, first component up"
+    view = "lower hemisphere, north up" if geographic else "first component right, second up"
     right.set_title(f"equal area, {view}; stars: modes", fontsize=9)
 
 
