@@ -67,7 +67,7 @@ def register(app: typer.Typer) -> None:
 def track(
     recordings: list[Path] = typer.Argument(
         ...,
-        metavar="RECORDING...",
+        metavar="RECORDING",
         help="CSV with named columns, TUM, EuRoC, BROAD .mat/.hdf5, npz, ROS 1 or 2 bag; recognised by content. "
         "- alone follows standard input.",
         show_default=False,
@@ -101,8 +101,8 @@ def track(
     unit: list[str] = typer.Option([], metavar="QUANTITY=UNIT", help="CSV: a unit its columns do not tell."),
     topic: list[str] = typer.Option(
         [],
-        metavar="imu|magnetometer|orientation=TOPIC",
-        help="Bags: which topic to read; orientation: which one --bag adds, instead of IMU_TOPIC/bingham.",
+        metavar="KIND=TOPIC",
+        help="Bags: which topic to read, imu= or magnetometer=; orientation=: which one --bag adds.",
     ),
 ) -> None:
     """Filter recordings of an IMU, or of noisy orientations, into orientations with uncertainty.

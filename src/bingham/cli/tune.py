@@ -45,7 +45,7 @@ def tune(
     format: str | None = typer.Option(None, help="csv, euroc, broad, npz or rosbag, instead of recognition."),
     column: list[str] = typer.Option([], metavar="NAME=COLUMN", help="CSV: what the file calls a column."),
     unit: list[str] = typer.Option([], metavar="QUANTITY=UNIT", help="CSV: a unit its columns do not tell."),
-    topic: list[str] = typer.Option([], metavar="imu|magnetometer=TOPIC", help="Bags: which topic to read."),
+    topic: list[str] = typer.Option([], metavar="KIND=TOPIC", help="Bags: which topic to read, imu= or magnetometer=."),
 ) -> None:
     """Find the noise of gyroscope, accelerometer and magnetometer that makes a recording most probable.
 
