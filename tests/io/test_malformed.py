@@ -1,6 +1,7 @@
 """Malformed input of every reader: one line that names the file, the place and the remedy."""
 
 import sys
+import warnings
 
 import numpy as np
 import pytest
@@ -330,3 +331,43 @@ def test_an_absent_extra_names_itself(tmp_path, monkeypatch):
     (tmp_path / "x.bag").write_text("#ROSBAG V2.0\n")
     with pytest.raises(MissingExtraError, match=r"'rosbags'.*bingham\[io\]"):
         read_recording(tmp_path / "x.bag")
+
+
+def inertial(tmp_path, *, time=range(5), gyroscope=1.0, accelerometer=9.81):
+    path = tmp_path / "imu.csv"
+    rows = "".join(f"{t},{gyroscope},0,0,0,0,{accelerometer}\n" for t in time)
+    path.write_text("t,gx,gy,gz,ax,ay,az\n" + rows)
+    return path
+
+
+def test_nanoseconds_in_a_csv_are_found_and_their_unit_can_be_told(tmp_path):
+    stamps = [1_700_000_000_000_000_000 + 5_000_000 * k for k in range(5)]
+    path = inertial(tmp_path, time=stamps)
+    message = (
+        r"line 6, column t: expected seconds, got 1\.7e\+18; are these nanoseconds\? State .* units=\{'time': 'ns'\}"
+    )
+    with pytest.raises(RecordingError, match=message):
+        read_csv(path)
+    np.testing.assert_allclose(np.diff(read_csv(path, units={"time": "ns"}).time), 0.005, atol=3e-7)
+    relative = inertial(tmp_path, time=[t - stamps[0] for t in stamps])
+    with pytest.raises(RecordingError, match=r"line 3, column t: expected seconds of a gyroscope, got steps of 5e\+06"):
+        read_csv(relative)
+
+
+@pytest.mark.parametrize(
+    ("values", "message"),
+    [
+        ({"accelerometer": 1.0}, r"imu\.csv: accelerometer: usually 1 m/s².* is it in g\?"),
+        ({"gyroscope": 250.0}, r"imu\.csv: gyroscope: up to 250 rad/s, 40 turns a second: degrees/s\?"),
+    ],
+)
+def test_numbers_in_other_units_are_doubted(tmp_path, values, message):
+    with pytest.warns(RecordingWarning, match=message):
+        read_csv(inertial(tmp_path, **values))
+
+
+def test_numbers_in_si_units_are_not_doubted(tmp_path):
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        for values in ({}, {"accelerometer": 3.7}, {"accelerometer": 30.0}, {"gyroscope": 60.0}):
+            read_csv(inertial(tmp_path, **values))

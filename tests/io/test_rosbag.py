@@ -67,12 +67,13 @@ def test_topics_are_chosen_or_asked_for(tmp_path, kind):
 
 
 def test_no_magnetometer_no_accelerometer_no_gyroscope(tmp_path):
-    for folder in "abc":
+    for folder in "abcd":
         (tmp_path / folder).mkdir()
-    path = write("sqlite", tmp_path / "a", field_topics=(), force_covariance=-1.0)
-    recording = read_recording(path)
-    assert recording.magnetometer is None
-    assert recording.accelerometer is None
+    for name, absent in (("a", -1.0), ("d", np.nan)):  # as Imu.msg and as REP 145 have it
+        path = write("sqlite", tmp_path / name, field_topics=(), force_covariance=absent)
+        recording = read_recording(path)
+        assert recording.magnetometer is None
+        assert recording.accelerometer is None
     path = write("bag", tmp_path / "b", gyro_covariance=-1.0)
     with pytest.raises(RecordingError, match="topic /imu: its driver says it has no gyroscope"):
         read_recording(path)

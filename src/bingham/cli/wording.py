@@ -27,6 +27,7 @@ def in_options(names: Mapping[str, str]) -> Generator[None]:
         for argument, option in names.items():
             said = re.sub(rf"^{argument}: ", f"{option}: ", said)
             said = re.sub(rf"\b{argument}={{'(\w+)': \.\.\.}}", rf"{option} \1=NAME", said)
+            said = re.sub(rf"\b{argument}={{'(\w+)': '(\w+)'}}", rf"{option} \1=\2", said)
             said = re.sub(rf"\b{argument}=", option, said)
         if said == text:
             raise

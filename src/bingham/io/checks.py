@@ -32,6 +32,10 @@ R = TypeVar("R", ImuRecording, OrientationRecording)
 
 # Text files round quaternions to as few as four decimals; a wrong column order is much further off.
 QUATERNION_TOLERANCE = 1e-3
+# A resting accelerometer that reads in g shows 1.
+IN_G = (0.5, 1.5)
+# rad/s; sensors for bodies end at 35 to 70, numbers of moving ones in degrees/s are beyond 100.
+TOO_FAST = 100.0
 # Deviations up to this are float32 rounding and not worth a warning; up to the next, float64 rounding.
 SINGLE_ROUNDING = 1e-6
 DOUBLE_ROUNDING = 1e-12
@@ -69,11 +73,26 @@ def build(kind: type[R], path: Path, place: Place, **fields: Any) -> R:
     """Make a recording named after its file; what the recording type refuses becomes a `RecordingError`."""
     arguments: dict[str, Any] = {"name": path.stem} | fields
     try:
-        return kind(**arguments)
+        recording = kind(**arguments)
     except RowError as error:
         raise RecordingError(path, place(error.argument, error.index), error.problem, error.remedy) from None
     except InvalidArgumentError as error:
         raise RecordingError(path, "", str(error), "check that the file is complete") from None
+    if isinstance(recording, ImuRecording):
+        _doubt_units(path, recording)
+    return recording
+
+
+def _doubt_units(path: Path, recording: ImuRecording) -> None:
+    """Warn of numbers that look like g and degrees per second; they are taken as they are."""
+    force = recording.accelerometer
+    if force is not None and (there := np.isfinite(force[:, 0])).any():
+        usual = float(np.median(np.linalg.norm(force[there], axis=1)))
+        if IN_G[0] < usual < IN_G[1]:
+            note(f"{path}: accelerometer: usually {usual:.3g} m/s², where gravity alone is 9.81: is it in g?")
+    fastest = float(np.quantile(np.linalg.norm(recording.gyroscope, axis=1), 0.99))
+    if fastest > TOO_FAST:
+        note(f"{path}: gyroscope: up to {fastest:.3g} rad/s, {fastest / 2 / np.pi:.0f} turns a second: degrees/s?")
 
 
 def damaged(path: Path, kind: str, error: Exception, remedy: str = "copy or download it again") -> RecordingError:

@@ -13,7 +13,7 @@ from bingham.io.atomic import replaced
 from bingham.io.checks import build, normalised
 from bingham.io.columns import COLUMNS, group, understand
 from bingham.io.text import TextTable, numbered_lines
-from bingham.recording import ImuRecording, OrientationRecording
+from bingham.recording import LONG_GYROSCOPE_STEP, ImuRecording, OrientationRecording, RowError, as_seconds
 
 __all__ = ["read_csv", "write_csv"]
 
@@ -72,6 +72,11 @@ def read_csv(
     }
     fields: dict[str, NDArray[np.float64] | NDArray[np.bool_]] = dict(values)
     fields["time"] = values["time"][:, 0]
+    try:
+        as_seconds(fields["time"], longest_step=LONG_GYROSCOPE_STEP if "gyroscope" in values else None)
+    except RowError as error:
+        remedy = f"{error.remedy.partition('?')[0]}? State the unit: units={{'time': 'ns'}}, 'us' or 'ms'"
+        raise RecordingError(path, place("time", error.index), error.problem, remedy) from None
     for field in ("orientation", "truth", "reference"):
         if field in values:
             fields[field] = normalised(path, field, values[field], place)
