@@ -83,7 +83,7 @@ def test_a_damaged_file_is_run_again(tmp_path):
     assert [p.name for p in store.folder.iterdir()] == ["run-0.npz"]
 
 
-@pytest.fixture
+@pytest.fixture(scope="module")
 def cluster():
     """Two worker processes on loopback; the scheduler gives a dead worker's tasks to others at once."""
     distributed = pytest.importorskip("dask.distributed", reason="extra 'dask' not installed")
