@@ -1,6 +1,7 @@
 """The inertial filter on simulations whose answer is known and on its laws."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -270,7 +271,10 @@ def yaw_only(seconds, rate, rng):
 
 
 def heading_coverage(stated_noise, runs):
-    """Share of 95 % heading sets that hold the truth, six axes, ten minutes each."""
+    """Share of 95 % heading sets that hold the truth, six axes, half an hour each, and its standard error.
+
+    Errors of one run share its bias and its past: a run counts once, by its mean.
+    """
     rng = np.random.default_rng(11)
     bias_std = math.radians(0.01)
     f = ImuFilter(
@@ -281,18 +285,24 @@ def heading_coverage(stated_noise, runs):
     inside = []
     for _ in range(runs):
         r = simulate_imu(
-            yaw_only(600.0, 4.2, rng), gyroscope_noise_density=3e-3, gyroscope_bias_walk=2e-6, magnetometer=False,
+            yaw_only(1800.0, 4.2, rng), gyroscope_noise_density=3e-3, gyroscope_bias_walk=2e-6, magnetometer=False,
             gyroscope_bias=[0, 0, bias_std * rng.standard_normal()], rng=rng,
         )  # fmt: skip
         track = f.run(r, prior=prior)
-        pick = np.array([400, 1000, 1700, 2500])
-        inside.append(np.abs(heading_error(track.modes, r.reference))[pick] < track.heading_credible_angle(0.95)[pick])
-    return np.mean(inside)
+        pick = np.array([400, 1700, 4000, r.size - 1])
+        picked = replace(track, rotation_covariance=track.rotation_covariance[pick])
+        error = np.abs(heading_error(track.modes[pick], r.reference[pick]))
+        inside.append(np.mean(error < picked.heading_credible_angle(0.95)))
+    return np.mean(inside), np.std(inside) / math.sqrt(runs)
 
 
 def test_six_axis_heading_coverage_over_hours():
-    assert 0.93 <= heading_coverage(3e-3, 400) <= 0.97
-    assert heading_coverage(1e-3, 40) < 0.8  # the control: noise understated threefold
+    """2000 runs of an hour, too long for a test, gave 95.8 ± 0.4 %."""
+    coverage, error = heading_coverage(3e-3, 400)
+    assert 0.93 <= coverage <= 0.97
+    assert abs(coverage - 0.95) < 3.0 * error
+    coverage, error = heading_coverage(1e-3, 40)
+    assert coverage < min(0.8, 0.95 - 3.0 * error)  # the control: noise understated threefold
 
 
 def test_parameters_are_checked():

@@ -26,9 +26,12 @@ NORTH_SHARE = 0.5  # of a magnetometer's error that the place and the calibratio
 
 @compiled()
 def _watch(s, slot, moved2, shrink, leak2, dt):
-    """Average the ratio of moved2 = |leaky sum of corrections|² to its expectation; slots: expectation, ratio, time."""
+    """Average the ratio of moved2 = |leaky sum of corrections|² to its expectation; slots: expectation, ratio, time.
+
+    Only while there is something to learn: the body moves and its variance shrinks.
+    """
     s[slot] = leak2 * s[slot] + shrink
-    if s[slot] > 0.0 and s[at.REST] == 0.0:
+    if shrink > 0.0 and s[at.REST] == 0.0:
         s[slot + 2] = min(s[slot + 2] + dt, JUDGED_TIME)
         s[slot + 1] += dt / s[slot + 2] * (moved2 / s[slot] - s[slot + 1])
 
