@@ -298,7 +298,7 @@ def heading_coverage(stated_noise, runs):
 
 def test_six_axis_heading_coverage_over_hours():
     """2000 runs of an hour, too long for a test, gave 95.8 ± 0.4 %."""
-    coverage, error = heading_coverage(3e-3, 400)
+    coverage, error = heading_coverage(3e-3, 350)
     assert 0.93 <= coverage <= 0.97
     assert abs(coverage - 0.95) < 3.0 * error
     coverage, error = heading_coverage(1e-3, 40)

@@ -65,9 +65,10 @@ def run(s, p, par, time, last, gyroscope, accelerometer, magnetometer, modes, co
             code[t] = PENDING if fresh else REPEATED
             last[2] = time[t]
         output(s, par, q)
-        stated(s, p, par, q, covariances[t])
         if keep_all:
             add_readout_error(readout[t], s, par, q)
+        if count == 0 or not keep_all:  # the smoother writes them after the first update
+            stated(s, p, par, q, covariances[t])
         for i in range(4):
             modes[t, i] = q[i]
         for i in range(3):
