@@ -25,9 +25,10 @@ FloatArray = NDArray[np.float64]
 
 # The first accelerometer sample shows up within this, rad, one standard deviation per axis, if its size is g.
 FIRST_TILT = 0.1
-# Before its motion is known a body may swing by 0.16 m/s, and by 1.6 Hz as fast as its first acceleration lets it.
+# Before its motion is known a body may swing by 0.16 m/s, and at 0.8 Hz, the slow end of human motion, as fast as its
+# first acceleration says.
 FIRST_SWING = 0.16
-SWING_PERIOD = 0.1  # s/rad
+SWING_PERIOD = 0.2  # s/rad
 
 
 @dataclass(frozen=True)
@@ -38,7 +39,8 @@ class ImuFilter:
     read out as a Bingham law at any spread (`filters.tangent`). Gravity is found by integrating the accelerometer and
     holding that a body's velocity stays bounded: as seen over seconds what remains is gravity. A magnetometer corrects
     the heading only. At rest the gyroscope shows its bias. World axes are east, north, up; a resting accelerometer
-    reads +g upwards. One set of defaults serves all sensors tried; nothing has to be tuned first.
+    reads +g upwards. One set of defaults serves all sensors tried; nothing has to be tuned first. What is stated as uncertainty follows the
+    corrections that the filter has to make (`kernels.imu_stated`), so that it is right for calm and violent motion.
 
     Parameters
     ----------
