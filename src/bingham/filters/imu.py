@@ -39,8 +39,8 @@ class ImuFilter:
     read out as a Bingham law at any spread (`filters.tangent`). Gravity is found by integrating the accelerometer and
     holding that a body's velocity stays bounded: as seen over seconds what remains is gravity. A magnetometer corrects
     the heading only. At rest the gyroscope shows its bias. World axes are east, north, up; a resting accelerometer
-    reads +g upwards. One set of defaults serves all sensors tried; nothing has to be tuned first. What is stated as uncertainty follows the
-    corrections that the filter has to make (`kernels.imu_stated`), so that it is right for calm and violent motion.
+    reads +g upwards. One set of defaults serves all sensors tried; nothing has to be tuned first. What is stated as
+    uncertainty follows the corrections that the filter has to make (`kernels.imu_stated`), in calm and violent motion.
 
     Parameters
     ----------
