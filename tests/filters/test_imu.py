@@ -310,3 +310,10 @@ def test_parameters_are_checked():
         ImuFilter(gravity=-1.0)
     with pytest.raises(InvalidArgumentError, match="at least one accelerometer sample"):
         ImuFilter().run(ImuRecording("gyro", [0.0, 0.1], np.zeros((2, 3))))
+
+
+def test_a_covariance_without_a_named_frame_is_refused():
+    track = ImuFilter().run(tumbling(8.0))
+    for covariance in (track.covariance, ImuStream().covariance):
+        with pytest.raises(InvalidArgumentError, match="frame='body' or frame='world'"):
+            covariance()

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bingham.distributions.bingham import Bingham
+from bingham.distributions.uncertainty import frame_required
 from bingham.errors import InvalidArgumentError
 from bingham.filters.imu import ImuFilter
 from bingham.filters.imu_state import ImuState
@@ -124,6 +125,7 @@ class ImuStream:
             return Bingham.uniform(4) if self._prior is None else self._prior
         return law_of_covariance(self.orientation, self._stated())
 
+    @frame_required
     def covariance(self, *, frame: Literal["body", "world"]) -> FloatArray:
         """Return the covariance (3, 3) of the rotation error, rad²; an unknown heading has the variance π²/3."""
         if frame not in ("body", "world"):

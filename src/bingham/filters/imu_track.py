@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from scipy.special import ndtr
 
 from bingham.distributions.bingham import Bingham
+from bingham.distributions.uncertainty import frame_required
 from bingham.errors import InvalidArgumentError
 from bingham.filters.tangent import law_of_covariance
 from bingham.rotations import continuous, rotate
@@ -141,6 +142,7 @@ class ImuTrack:
         """Sum of `log_evidence`."""
         return self.log_evidence.sum()
 
+    @frame_required
     def covariance(self, *, frame: Literal["body", "world"]) -> FloatArray:
         """Return 3×3 covariances (N, 3, 3) of the rotation error, rad², in body or world (ENU) axes.
 
