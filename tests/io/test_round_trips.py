@@ -168,6 +168,52 @@ def test_csv_units_stand_in_names_or_options(tmp_path):
     assert read_csv(renamed, columns={"t": "Zeit"}).size == 1
 
 
+HEADERS = [
+    "Time (ms),Gyroscope X (deg/s),Gyroscope Y (deg/s),Gyroscope Z (deg/s),Accel X (g),Accel Y (g),Accel Z (g)",
+    "timestamp_ms,wx_dps,wy_dps,wz_dps,acc_x_g,acc_y_g,acc_z_g",
+    "t [ms],gyro.x [°/s],gyro.y [°/s],gyro.z [°/s],accelerometer_x (g),accelerometer_y (g),accelerometer_z (g)",
+]
+
+
+@pytest.mark.parametrize("header", HEADERS)
+def test_csv_synonyms_of_inertial_columns(tmp_path, header):
+    file = tmp_path / "a.csv"
+    file.write_text(f"{header}\n0,180,0,90,0,0,1\n10,180,0,90,0,0,1\n")
+    recording = read_csv(file)
+    np.testing.assert_allclose(recording.time, [0, 0.01], rtol=1e-15)
+    np.testing.assert_allclose(recording.gyroscope[0], [np.pi, 0, np.pi / 2], rtol=1e-15)
+    np.testing.assert_array_equal(recording.accelerometer[0], [0, 0, 9.80665])
+
+
+def test_csv_synonyms_change_no_meaning(tmp_path):
+    file = tmp_path / "a.csv"
+    file.write_text("t,qw,qx,qy,qz,wx,wy,wz,acc_x\n0,1,0,0,0,1,2,3,4\n")
+    with pytest.warns(RecordingWarning, match="left out: wx, wy, wz, acc_x;"):
+        assert isinstance(read_csv(file), OrientationRecording)
+    file.write_text("t,gx,gy,gz,gyro_x,acc_x,acc_y,acc_z\n0,1,2,3,4,5,6,7\n")
+    with pytest.warns(RecordingWarning, match="left out: gyro_x;"):
+        recording = read_csv(file)
+    np.testing.assert_array_equal(recording.gyroscope, [[1, 2, 3]])
+    np.testing.assert_array_equal(recording.accelerometer, [[5, 6, 7]])
+
+
+def test_csv_units_of_renamed_columns_and_spellings_of_options(tmp_path):
+    file = tmp_path / "a.csv"
+    names = ("Drehrate 1 (deg/s)", "Drehrate 2 (deg/s)", "Drehrate 3 (deg/s)")
+    file.write_text(f"Zeit [ms],{','.join(names)}\n1000,180,0,0\n")
+    columns = {"t": "Zeit [ms]", **dict(zip(("gx", "gy", "gz"), names, strict=True))}
+    recording = read_csv(file, columns=columns)
+    assert (recording.time[0], recording.gyroscope[0, 0]) == (1.0, np.pi)
+    with pytest.raises(RecordingError, match="says deg_s, the option rad_s"):
+        read_csv(file, columns=columns, units={"gyroscope": "rad/s"})
+    file.write_text("t,gx,gy,gz,ax,ay,az,mx,my,mz\n0,90,0,0,9,0,0,20,0,0\n")
+    for gyroscope in ("deg/s", "°/s", "deg_s", "dps"):
+        assert read_csv(file, units={"gyroscope": gyroscope}).gyroscope[0, 0] == np.pi / 2
+    for acceleration in ("m/s^2", "m/s²", "m_s2"):
+        units = {"accelerometer": acceleration, "gyroscope": "rad/s", "magnetometer": "µT"}
+        assert read_csv(file, units=units).accelerometer[0, 0] == 9.0
+
+
 def test_csv_leaves_unknown_columns_out_with_a_warning(tmp_path):
     file = tmp_path / "a.csv"
     file.write_text("# made by hand\nt,gx,gy,gz,temperature\n0,1,2,3,hot\n")

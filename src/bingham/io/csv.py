@@ -61,7 +61,7 @@ def read_csv(
     separator = next((s for s in "\t;" if s in header), ",")
     own = [cell.strip().strip('"') for cell in header.split(separator)]
     found, factors = understand(path, f"line {first}", own, columns or {}, units or {})
-    groups = group(path, f"line {first}", found)
+    groups = group(path, f"line {first}", found, own)
     table = TextTable.parse(path, own, lines[1:], separator)
 
     def place(field: str, index: int) -> str:
