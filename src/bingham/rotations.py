@@ -82,12 +82,15 @@ def unit_rows(x: ArrayLike | Rotation, d: int | None, name: str) -> FloatArray:
     norm = np.linalg.norm(a, axis=-1, keepdims=True)
     off = np.abs(norm - 1.0)
     if not np.all(off <= UNIT_TOLERANCE):
-        worst = float(norm.flat[int(np.argmax(np.where(np.isnan(off), np.inf, off)))])
+        worst = int(np.argmax(np.where(np.isnan(off), np.inf, off)))
+        length = float(norm.flat[worst])
+        where = ", ".join(str(int(i)) for i in np.unravel_index(worst, norm.shape[:-1]))
+        unknown = math.isnan(length)
         raise InvalidArgumentError(
             name,
             f"unit vectors within {UNIT_TOLERANCE:g}",
-            f"length {worst:.9g}",
-            "normalise them first if that is meant",
+            ("NaN" if unknown else f"length {length:.9g}") + (f" at row {where}" if where else ""),
+            "drop rows of NaN first" if unknown else "normalise them first if that is meant",
         )
     return a / norm
 
@@ -100,6 +103,9 @@ def unit_row(x: ArrayLike | Rotation, d: int, name: str) -> FloatArray:
             return x
         if abs(square - 1.0) <= UNIT_TOLERANCE:
             return x / math.sqrt(square)
+    if not isinstance(x, Rotation) and np.isnan(np.asarray(x, dtype=np.float64)).any():
+        remedy = "leave missing measurements out; run takes them as rows of NaN"
+        raise InvalidArgumentError(name, "a single unit vector", "NaN", remedy)
     a = unit_rows(x, d, name)
     if a.shape != (d,):
         raise InvalidArgumentError(name, f"a single unit vector ({d},)", a.shape)

@@ -124,8 +124,8 @@ def compose_spectra(
     d = z.shape[-1]
     if z.ndim != 1 or d not in (2, 4):
         raise InvalidArgumentError(
-            "self",
-            "a single law of dimension 2 or 4",
+            "law",
+            "a single one of dimension 2 or 4",
             f"shape {z.shape}",
             "compose batches one by one, or use BinghamFilter.run",
         )

@@ -182,7 +182,12 @@ class Bingham:
             raise InvalidArgumentError("x", "at least d samples", "none")
         moment = np.einsum("...ni,...n,...nj->...ij", a, w, a)
         moment /= np.trace(moment, axis1=-2, axis2=-1)[..., None, None]
-        return cls.from_moment(moment)
+        try:
+            return cls.from_moment(moment)
+        except InvalidArgumentError:
+            remedy = "add samples" if n < a.shape[-1] else "drop the axis they lack or add their noise variance"
+            expected = f"at least d = {a.shape[-1]} different axes that span the space"
+            raise InvalidArgumentError("x", expected, f"{n} samples on a smaller sphere", remedy) from None
 
     @classmethod
     def uniform(cls, d: int) -> Self:
@@ -421,4 +426,4 @@ class Bingham:
 
     def _check_group(self) -> None:
         if self.dim not in (2, 4):
-            raise InvalidArgumentError("self", "dimension 2 or 4, where unit vectors form a group", self.dim)
+            raise InvalidArgumentError("law", "dimension 2 or 4, where unit vectors form a group", self.dim)

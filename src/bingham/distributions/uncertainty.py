@@ -109,14 +109,14 @@ def covariance(M: FloatArray, w: FloatArray, frame: str, undefined: str) -> Floa
     """Return C = 4 Σᵢ ωᵢ eᵢ eᵢᵀ (..., 3, 3), eᵢ the vector part of mode* ⊗ mᵢ (body) or mᵢ ⊗ mode* (world)."""
     body = _frame_is_named(frame)
     if M.shape[-1] != 4:
-        raise InvalidArgumentError("self", "a law of rotations, d = 4", M.shape[-1])
+        raise InvalidArgumentError("law", "one of rotations, d = 4", f"d = {M.shape[-1]}")
     if undefined not in ("raise", "nan"):
         raise InvalidArgumentError("undefined", "'raise' or 'nan'", repr(undefined))
     vague = 2.0 * w[..., 2] > w[..., 3]
     if undefined == "raise" and np.any(vague):
         raise InvalidArgumentError(
-            "self",
-            "a law with one clear mode (twice as heavy as any other axis)",
+            "law",
+            "one clear mode (twice as heavy as any other axis)",
             f"moments {w[vague][0] if w.ndim > 1 else w}",
             "use moment() or credible_angle(), or pass undefined='nan'",
         )

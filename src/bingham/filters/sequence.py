@@ -50,7 +50,12 @@ def _unit_or_missing(x: ArrayLike | Rotation, d: int, name: str) -> FloatArray:
     if a.ndim not in (2, 3) or a.shape[-1] != d:
         raise InvalidArgumentError(name, f"shape (T, {d}) or (B, T, {d})", a.shape)
     norm = np.linalg.norm(a, axis=-1)
-    missing = np.isnan(a).any(axis=-1)
+    missing = np.isnan(a).all(axis=-1)
+    wrong = np.flatnonzero((np.isnan(norm) & ~missing).ravel())
+    if wrong.size:
+        i = int(wrong[0])
+        got = f"{a.reshape(-1, d)[i].tolist()} at row {i}"
+        raise InvalidArgumentError(name, "unit vectors, or all NaN where missing", got, "drop the row, or blank all of it")
     wrong = np.flatnonzero((np.abs(norm - 1.0) > UNIT_TOLERANCE).ravel() & ~missing.ravel())
     if wrong.size:
         i = int(wrong[0])
