@@ -317,3 +317,27 @@ def test_a_covariance_without_a_named_frame_is_refused():
     for covariance in (track.covariance, ImuStream().covariance):
         with pytest.raises(InvalidArgumentError, match="frame='body' or frame='world'"):
             covariance()
+
+
+def test_a_level_body_of_unknown_heading_starts_as_it_is():
+    stream = ImuStream()
+    stream.accelerometer(0.0, [0.0, 0.0, 9.81])
+    np.testing.assert_allclose(np.abs(stream.orientation), [1.0, 0.0, 0.0, 0.0], atol=1e-9)
+    tilted = ImuFilter().start([0.0, 9.81 * math.sin(0.3), 9.81 * math.cos(0.3)]).values[:4]
+    np.testing.assert_allclose(np.abs(tilted), [math.cos(0.15), math.sin(0.15), 0.0, 0.0], atol=1e-9)
+    over = ImuFilter().start([0.0, 0.0, -9.81]).values[:4]
+    np.testing.assert_allclose(rotate(over, [0.0, 0.0, -1.0]), [0.0, 0.0, 1.0], atol=1e-6)
+
+
+def test_no_deviation_exceeds_that_of_ignorance():
+    stream = ImuStream()
+    stream.gyroscope(0.0, [0.0, 0.0, 0.0])
+    stream.accelerometer(0.0, [0.0, 0.0, 9.81])
+    stream.gyroscope(1e6, [0.0, 0.0, 0.0])
+    assert np.degrees(stream.inclination_std) < 98.2 and np.degrees(stream.heading_std) < 104.0
+    assert np.all(np.diagonal(stream.covariance(frame="world")) < np.pi**2 / 3 + 1e-12)
+
+
+def test_a_smoothed_start_does_not_inherit_the_unknown_heading():
+    track = ImuFilter().smooth(tumbling(8.0))
+    assert track.heading_std[0] < 2.5 * track.heading_std[200:].min()

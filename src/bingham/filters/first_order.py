@@ -14,8 +14,9 @@ from bingham.errors import InvalidArgumentError
 from bingham.filters.gate import Gate
 from bingham.filters.protocol import UpdateInfo
 from bingham.filters.sequence import run_conjugate
+from bingham.filters.stepwise import run_steps
 from bingham.filters.track import Track
-from bingham.models.motion import MotionModel, NoisyIdentity
+from bingham.models.motion import Diffusion, Gyroscope, MotionModel, NoisyIdentity
 from bingham.models.sensors import OrientationSensor, Sensor, condition
 
 __all__ = ["BinghamFilter"]
@@ -126,14 +127,18 @@ class BinghamFilter:
         start_time: float | None = None,
         keep: Literal["all", "last"] = "all",
     ) -> Track:
-        """Filter a whole recording, or a batch of them, in one compiled loop: predict, then update, for every row.
+        """Filter a whole recording, or a batch of them: predict, then update, for every row.
+
+        One compiled loop for orientations and the motion models of this package; other sensors go row by row through
+        `predict` and `update`, one recording at a time and about a hundred times slower.
 
         Parameters
         ----------
         prior : Bingham
             The law before the first prediction; a batch (B,) for a batch of recordings, or one law for all.
         measurements : (T, d) or (B, T, d) array_like, or Rotation
-            Unit vectors; a row of NaN is a missing measurement: the state is predicted only, its evidence is 0.
+            Unit vectors, or (T, n) for a sensor that measures something else; a row of NaN is a missing measurement:
+            the state is predicted only, its evidence is 0.
         controls : (T, d) or (T, 3), or with a leading B, optional
             Known rotation, or angular rate in rad/s: controls[k] acts from times[k − 1]
             (start_time for k = 0) to times[k].
@@ -149,6 +154,10 @@ class BinghamFilter:
         Track
             Continue from ``track.final`` (and ``start_time=times[-1]``) to get the identical track of an unbroken run.
         """
-        return run_conjugate(
-            self.motion, self.sensor, self.gate, prior, measurements, controls, times, start_time, keep
-        )
+        if isinstance(self.sensor, OrientationSensor) and isinstance(
+            self.motion, (NoisyIdentity, Diffusion, Gyroscope)
+        ):
+            return run_conjugate(
+                self.motion, self.sensor, self.gate, prior, measurements, controls, times, start_time, keep
+            )
+        return run_steps(self, prior, measurements, controls, times, start_time, keep)

@@ -170,7 +170,7 @@ class ImuFilter:
         excess = norm - self.gravity
         tilt2 = FIRST_TILT**2 + (excess / self.gravity) ** 2
         swing2 = FIRST_SWING**2 + (SWING_PERIOD * excess) ** 2
-        seen = Bingham.from_matrix(law.matrix + davenport_matrix([0.0, 0.0, 1.0], force / norm) / tilt2)
+        seen = _least_turn(Bingham.from_matrix(law.matrix + davenport_matrix([0.0, 0.0, 1.0], force / norm) / tilt2))
         state = self.blank()
         state.values[at.Q : at.Q + 4] = seen.mode
         state.values[at.ALIGNED] = -1.0
@@ -284,3 +284,15 @@ MAY_BE_ZERO = {
     "gyroscope_noise", "gyroscope_scale_error", "gyroscope_bias_walk", "accelerometer_noise",
     "accelerometer_scale_error", "gyroscope_delay", "alignment_error",
 }  # fmt: skip
+
+
+def _least_turn(law: Bingham) -> Bingham:
+    """Give a girdle (heading unknown) the orientation nearest to the identity as its mode; keep other laws."""
+    span = law.M[:, 2:]
+    turn = span @ span[0]
+    norm = float(np.linalg.norm(turn))
+    if law.z[2] < -1e-6 or norm < 1e-3:
+        return law
+    mode = turn / norm
+    other = span @ np.array([-span[0, 1], span[0, 0]]) / norm
+    return Bingham.from_spectrum(np.array(law.z), np.column_stack([law.M[:, :2], other, mode]))

@@ -14,7 +14,7 @@ from bingham.distributions.uncertainty import frame_required
 from bingham.errors import InvalidArgumentError
 from bingham.filters.imu import ImuFilter
 from bingham.filters.imu_state import ImuState
-from bingham.filters.imu_track import MAGNETOMETER_CODES, UNIFORM_VARIANCE
+from bingham.filters.imu_track import MAGNETOMETER_CODES, UNIFORM_INCLINATION, UNIFORM_VARIANCE, bounded
 from bingham.filters.tangent import law_of_covariance
 from bingham.kernels import imu_state as at
 from bingham.kernels.imu_samples import accelerate, due, magnetize, output, rotate
@@ -127,13 +127,10 @@ class ImuStream:
 
     @frame_required
     def covariance(self, *, frame: Literal["body", "world"]) -> FloatArray:
-        """Return the covariance (3, 3) of the rotation error, rad²; an unknown heading has the variance π²/3."""
+        """Return the covariance (3, 3) of the rotation error, rad²; an unknown angle has the variance π²/3."""
         if frame not in ("body", "world"):
             raise InvalidArgumentError("frame", "'body' or 'world'", repr(frame), "name the axes of the small rotation")
-        c = self._stated()
-        shrink = math.sqrt(min(1.0, UNIFORM_VARIANCE / max(c[2, 2], 1e-300)))
-        c[2, :] *= shrink
-        c[:, 2] *= shrink
+        c = bounded(self._stated())
         if frame == "world":
             return c
         rotation = np.empty((3, 3))
@@ -161,7 +158,7 @@ class ImuStream:
         if not self.started:
             return math.nan
         c = self._stated()
-        return math.sqrt(c[0, 0] + c[1, 1])
+        return math.sqrt(min(c[0, 0] + c[1, 1], UNIFORM_INCLINATION))
 
     @property
     def at_rest(self) -> bool:

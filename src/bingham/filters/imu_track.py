@@ -18,7 +18,7 @@ from bingham.rotations import continuous, rotate
 if TYPE_CHECKING:
     from bingham.filters.imu_state import ImuState
 
-__all__ = ["MAGNETOMETER_CODES", "ImuTrack"]
+__all__ = ["MAGNETOMETER_CODES", "UNIFORM_INCLINATION", "UNIFORM_VARIANCE", "ImuTrack", "bounded"]
 
 FloatArray = NDArray[np.float64]
 
@@ -34,6 +34,15 @@ MAGNETOMETER_CODES = {
 
 # Variance of an angle that is uniform on the circle, rad².
 UNIFORM_VARIANCE = np.pi**2 / 3.0
+# Mean square, rad², of the angle between the vertical and its estimate where nothing is known: ∫ θ² sin θ dθ/2.
+UNIFORM_INCLINATION = (np.pi**2 - 4.0) / 2.0
+
+
+def bounded(c: FloatArray) -> FloatArray:
+    """Return covariances (..., 3, 3) with every angle's variance at most that of an angle uniform on the circle."""
+    variances = np.diagonal(c, axis1=-2, axis2=-1)
+    shrink = np.sqrt(np.minimum(1.0, UNIFORM_VARIANCE / np.maximum(variances, 1e-300)))
+    return c * shrink[..., :, None] * shrink[..., None, :]
 
 
 @dataclass(frozen=True, eq=False)
@@ -135,7 +144,8 @@ class ImuTrack:
     @property
     def inclination_std(self) -> FloatArray:
         """Root mean square (N,), rad, of the inclination error: the angle between the vertical and its estimate."""
-        return np.sqrt(self.rotation_covariance[:, 0, 0] + self.rotation_covariance[:, 1, 1])
+        c = self.rotation_covariance
+        return np.sqrt(np.minimum(c[:, 0, 0] + c[:, 1, 1], UNIFORM_INCLINATION))
 
     @property
     def total_log_evidence(self) -> Any:
@@ -146,14 +156,11 @@ class ImuTrack:
     def covariance(self, *, frame: Literal["body", "world"]) -> FloatArray:
         """Return 3×3 covariances (N, 3, 3) of the rotation error, rad², in body or world (ENU) axes.
 
-        An unknown heading has the variance π²/3 of an angle uniform on the circle.
+        An unknown angle has the variance π²/3 of one uniform on the circle.
         """
         if frame not in ("body", "world"):
             raise InvalidArgumentError("frame", "'body' or 'world'", repr(frame), "name the axes of the small rotation")
-        c = self.rotation_covariance.copy()
-        shrink = np.sqrt(np.minimum(1.0, UNIFORM_VARIANCE / c[:, 2, 2]))
-        c[:, 2, :] *= shrink[:, None]
-        c[:, :, 2] *= shrink[:, None]
+        c = bounded(self.rotation_covariance)
         if frame == "world":
             return c
         to_world = np.stack([rotate(self.modes, axis) for axis in np.eye(3)], axis=-1)

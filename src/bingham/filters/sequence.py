@@ -15,11 +15,11 @@ from bingham.filters.track import Track
 from bingham.kernels import step
 from bingham.kernels.threads import by_rows
 from bingham.models.motion import Diffusion, Gyroscope, KnownRotation, MotionModel, NoisyIdentity, diffusion_mix
-from bingham.models.sensors import OrientationSensor, Sensor
+from bingham.models.sensors import OrientationSensor
 from bingham.recording import as_seconds
 from bingham.rotations import UNIT_TOLERANCE, from_rotation_vector
 
-__all__ = ["run_conjugate", "time_steps"]
+__all__ = ["run_conjugate", "sequence_steps", "time_steps"]
 
 FloatArray = NDArray[np.float64]
 
@@ -39,6 +39,24 @@ def time_steps(times: ArrayLike, start_time: float | None, count: int) -> FloatA
             "strictly increasing seconds, from start_time on",
             f"{float(t[i])!r} at row {i}",
             "sort the rows and drop repeated ones",
+        )
+    return steps
+
+
+def sequence_steps(motion: MotionModel, times: ArrayLike | None, start_time: float | None, length: int) -> FloatArray:
+    """Return the seconds (T,) before each measurement, ones without times; refuse times that the motion cannot use."""
+    per_step = isinstance(motion, NoisyIdentity)
+    if times is None:
+        if isinstance(motion, (Diffusion, Gyroscope)):
+            raise InvalidArgumentError("times", "seconds of each measurement, for motion in continuous time", None)
+        return np.ones(length)
+    steps = time_steps(times, start_time, length)
+    if per_step and length > 2 and np.ptp(steps[1:]) > 1e-3 * steps[-1]:
+        raise InvalidArgumentError(
+            "times",
+            "regular times for a noise given once per step",
+            "irregular ones",
+            "use models.motion.Diffusion or Gyroscope, which scale with time",
         )
     return steps
 
@@ -71,8 +89,8 @@ def _unit_or_missing(x: ArrayLike | Rotation, d: int, name: str) -> FloatArray:
 
 
 def run_conjugate(
-    motion: MotionModel,
-    sensor: Sensor,
+    motion: NoisyIdentity | Diffusion | Gyroscope,
+    sensor: OrientationSensor,
     gate: Gate | None,
     prior: Bingham,
     measurements: ArrayLike | Rotation,
@@ -82,13 +100,6 @@ def run_conjugate(
     keep: Literal["all", "last"],
 ) -> Track:
     """Body of `BinghamFilter.run`."""
-    if not isinstance(sensor, OrientationSensor) or not isinstance(motion, (NoisyIdentity, Diffusion, Gyroscope)):
-        raise InvalidArgumentError(
-            "self",
-            "an orientation sensor and a motion model of this package",
-            f"{type(sensor).__name__}, {type(motion).__name__}",
-            "call predict and update row by row, or use ImuFilter for inertial recordings",
-        )
     if keep not in ("all", "last"):
         raise InvalidArgumentError("keep", "'all' or 'last'", repr(keep))
     d = motion.dim
@@ -106,19 +117,7 @@ def run_conjugate(
     if prior.shape and prior.shape != (count,):
         raise InvalidArgumentError("prior", f"a batch of {count}, one for each recording", prior.shape)
 
-    continuous = not isinstance(motion, NoisyIdentity)
-    if continuous and times is None:
-        raise InvalidArgumentError("times", "seconds of each measurement, for motion in continuous time", None)
-    if not continuous and times is not None:
-        steps = time_steps(times, start_time, length)
-        if length > 2 and np.ptp(steps[1:]) > 1e-3 * steps[-1]:
-            raise InvalidArgumentError(
-                "times",
-                "regular times for a noise given once per step",
-                "irregular ones",
-                "use models.motion.Diffusion or Gyroscope, which scale with time",
-            )
-    steps = np.ones(length) if times is None else time_steps(times, start_time, length)
+    steps = sequence_steps(motion, times, start_time, length)
     turns = _controls(motion, controls, steps, count, length, d)
     mixes = np.empty(0)
     if isinstance(motion, (Diffusion, Gyroscope)):

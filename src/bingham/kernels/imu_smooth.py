@@ -16,6 +16,8 @@ __all__ = ["smooth"]
 # Share of the smoother's gain in variance that is not claimed: an error that lasts for seconds is in the samples before
 # and after alike.
 SHARED = 0.1
+# Such an error is no larger than a few of the smoother's own; the filter's ignorance at the start is not one.
+SHARED_LIMIT = 10.0
 
 
 @compiled()
@@ -69,6 +71,7 @@ def smooth(indices, time, filtered, transitions, corrections, factors, readout, 
     work = np.empty((12, 12))
     gain = np.empty((12, 12))  # Gᵀ
     online = filtered[:, :3, :3].copy()
+    root = np.empty(3)
     before = np.zeros((count, 12))  # smoothed error relative to the state just before each update
     for e in range(count - 1, -1, -1):
         if e == count - 1:
@@ -141,7 +144,12 @@ def smooth(indices, time, filtered, transitions, corrections, factors, readout, 
         for i in range(3):
             bias[t, i] += left[6 + i] + share * (right[6 + i] - left[6 + i])
             bias_std[t, i] = math.sqrt(filtered[nearest, 6 + i, 6 + i])
+            gained = online[nearest, i, i] - filtered[nearest, i, i]
+            most = SHARED_LIMIT * filtered[nearest, i, i]
+            root[i] = math.sqrt(SHARED * (most / gained if gained > most else 1.0))
+        for i in range(3):
             for j in range(3):
                 scale = factors[nearest, 0 if i < 2 else 1] * factors[nearest, 0 if j < 2 else 1]
-                claimed = filtered[nearest, i, j] + SHARED * (online[nearest, i, j] - filtered[nearest, i, j])
+                gained = online[nearest, i, j] - filtered[nearest, i, j]
+                claimed = filtered[nearest, i, j] + root[i] * root[j] * gained
                 covariances[t, i, j] = math.sqrt(scale) * claimed + readout[t, i, j]
