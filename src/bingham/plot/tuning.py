@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from bingham.plot.style import new_figure
+from bingham.plot.style import INK, new_figure
 
 __all__ = ["plot_profiles"]
 
@@ -16,6 +16,7 @@ FloatArray = NDArray[np.float64]
 
 # Half of the 95 % quantile of χ² with one degree of freedom: the profile's drop at the ends of a 95 % interval.
 DROP_95 = 1.92
+LOWEST = -10.0
 
 
 def plot_profiles(
@@ -26,7 +27,7 @@ def plot_profiles(
     Parameters
     ----------
     profiles : mapping
-        Name → (values (n,), log-evidence (n,)).
+        Name → (values (n,), log-evidence (n,)); what lies deeper than 10 below the maximum is not shown.
     units : mapping
         Name → unit, for the labels.
     title : str
@@ -36,14 +37,22 @@ def plot_profiles(
     -------
     matplotlib.figure.Figure
     """
+    from matplotlib.ticker import MaxNLocator
+
     figure = new_figure(3.4 * len(profiles), 3.0)
-    panels = figure.subplots(1, len(profiles), squeeze=False)[0]
+    panels = figure.subplots(1, len(profiles), squeeze=False, sharey=True)[0]
     for axes, (name, (values, levels)) in zip(panels, profiles.items(), strict=True):
-        axes.plot(values, levels - levels.max(), marker="o")
-        axes.axhline(-DROP_95, linewidth=0.8, linestyle="--", color="0.5")
-        axes.set_xscale("log")
-        axes.set_yscale("symlog", linthresh=5.0)
-        axes.set_xlabel(f"{name} ({units[name]})")
+        drop = levels - levels.max()
+        axes.plot(values, drop, marker="o", markersize=4)
+        axes.axhline(-DROP_95, linewidth=0.8, linestyle="--", color="0.5", zorder=0)
+        shown = values[drop > LOWEST]
+        margin = 0.05 * float(np.ptp(shown)) or 0.05 * shown[0]
+        axes.set(xlim=(shown.min() - margin, shown.max() + margin), ylim=(LOWEST, 0.5))
+        axes.xaxis.set_major_locator(MaxNLocator(4))
+        axes.ticklabel_format(axis="x", style="sci", scilimits=(-2, 3))
+        axes.set_xlabel(f"{name}\n({units[name]})")
+    place = {"transform": panels[-1].get_yaxis_transform(), "va": "top", "ha": "center"}
+    panels[-1].text(0.5, -DROP_95 - 0.1, f"95 % above −{DROP_95}", fontsize=8, color=INK, **place)
     panels[0].set_ylabel("log-evidence below its maximum")
     if title:
         figure.suptitle(title)
