@@ -96,3 +96,7 @@ def test_tune_prints_what_it_found(bingham, imu, tmp_path):
     assert row["magnetometer"] == pytest.approx(0.5, rel=0.15)
     assert row["accelerometer"] == pytest.approx(2e-3, rel=0.15)
     assert [path.name for path in (tmp_path / "noise").iterdir()] == ["imu.tune.png"]
+    printed = bingham("tune", imu).stdout
+    assert f"accelerometer_noise_density={row['accelerometer']:.4g}" in printed
+    for sensor in row["doubts"]:
+        assert row["doubts"][sensor] in printed

@@ -35,6 +35,40 @@ def test_true_densities_from_a_decade_off(recording, off):
     assert len(counts) == tuning.evaluations
 
 
+def test_densities_of_white_noise_are_not_doubted_and_scatter_as_much(recording):
+    tuning = tune(recording)
+    assert tuning.doubts == {}
+    for name, value in TRUE.items():
+        assert 0.7 < tuning.scatter[name] / value < 1.1, name
+
+
+def test_recording_at_rest_leaves_the_gyroscope_open():
+    still = simulate_imu(simulate_tumbling(20.0, 100.0, rng=4, rest_s=9.9), gyroscope_noise_density=1e-5, rng=6)
+    begin = still.time < 9.0
+    tuning = tune(ImuRecording("rest", *(x[begin] for x in (still.time, still.gyroscope, still.accelerometer))))
+    assert set(tuning.doubts) == {"gyroscope"}
+    assert "not determined" in tuning.doubts["gyroscope"]
+
+
+def test_motion_in_the_densities_is_told(recording):
+    # Swings of 2 m/s² at 0.5 Hz, and a gyroscope that reads 5 % too much.
+    swing = 2.0 * np.sin(np.pi * recording.time)[:, None] * [1.0, 0.0, 0.0]
+    shaken = ImuRecording(
+        "shaken", recording.time, 1.05 * recording.gyroscope, recording.accelerometer + swing, recording.magnetometer
+    )
+    doubts = tune(shaken).doubts
+    assert "accelerometer" in doubts
+    assert "not noise" in doubts["accelerometer"]
+
+
+def test_profile_falls_by_two_at_two_standard_errors(recording):
+    tuning = tune(recording)
+    for name in TRUE:
+        values, levels = tuning.profile(name, np.exp(tuning.relative_error[name] * np.array([-2.0, 0.0, 2.0])))
+        assert levels[[0, 2]] - levels[1] == pytest.approx([-2.0, -2.0], abs=0.7), name
+        assert values[1] == pytest.approx(getattr(tuning.noise, name))
+
+
 def test_profile_peaks_at_the_estimate(recording):
     tuning = tune(recording)
     values, levels = tuning.profile("gyroscope", (0.5, 1.0, 2.0))

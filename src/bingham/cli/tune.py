@@ -28,6 +28,12 @@ Examples:
 
 UNITS = {"gyroscope": "rad/s/√Hz", "accelerometer": "m/s²/√Hz", "magnetometer": "per sample, the file's unit"}
 
+PARAMETERS = {
+    "gyroscope": "gyroscope_noise_density",
+    "accelerometer": "accelerometer_noise_density",
+    "magnetometer": "magnetometer_noise",
+}
+
 
 def register(app: typer.Typer) -> None:
     """Add the command to the application."""
@@ -49,12 +55,15 @@ def tune(
 ) -> None:
     """Find the noise of gyroscope, accelerometer and magnetometer that makes a recording most probable.
 
-    Gravity and field are taken to be constant, noise to be white: motion's accelerations and disturbed fields count as
-    noise. Ground truth is not needed and not used.
+    Gravity and field are taken to be constant, noise to be white: right for simulated sensors and for bodies that turn
+    undisturbed. Values into which motion went, or which the recording leaves open, are marked. What is found describes
+    white noise: Gyroscope, VectorSensor and simulate_imu take it, ImuFilter and bingham track need none of it. Ground
+    truth is not used.
     """
     from bingham.cli.first_use import announce_compilation
     from bingham.cli.reading import options, read
     from bingham.cli.staging import staged
+    from bingham.filters.tune import UNDETERMINED
     from bingham.filters.tune import tune as search
     from bingham.recording import ImuRecording
 
@@ -83,8 +92,21 @@ def tune(
     if as_json:
         typer.echo(json.dumps(row, indent=2, ensure_ascii=False))
         return
+    doubts = tuning.doubts
     for name, error in tuning.relative_error.items():
-        typer.echo(f"{name:14} {getattr(tuning.noise, name):.4g} {UNITS[name]}  ± {100 * error:.1f} %")
+        value = f"{getattr(tuning.noise, name):.4g} {UNITS[name]}  ± {100 * error:.1f} %"
+        if not error <= UNDETERMINED:
+            typer.echo(f"{name:14} {doubts[name]}")
+        else:
+            typer.echo(f"{name:14} {value}" + (f"; {doubts[name]}" if name in doubts else ""))
+    typer.echo("For simulate_imu, Gyroscope and VectorSensor; ImuFilter and bingham track keep their defaults.")
+    usable = [f"{PARAMETERS[n]}={getattr(tuning.noise, n):.4g}" for n in tuning.relative_error if n not in doubts]
+    if usable:
+        typer.echo(f"    simulate_imu(motion, {', '.join(usable)})")
+    if not {"gyroscope", "accelerometer"} & doubts.keys():
+        step = loaded.duration_s / (loaded.size - 1)
+        gravity = f"VectorSensor([0, 0, 1], concentration={step * (9.81 / tuning.noise.accelerometer) ** 2:.4g})"
+        typer.echo(f"    BinghamFilter(Gyroscope(noise_density={tuning.noise.gyroscope:.4g}), {gravity})")
     typer.echo(f"log-evidence {tuning.log_evidence:.1f} after {tuning.evaluations} evaluations")
     for file in row.get("files", []):
         typer.echo(f"Figure: {file}")
@@ -96,4 +118,4 @@ def describe(name: str, tuning: Tuning) -> dict[str, Any]:
     for sensor, error in tuning.relative_error.items():
         row[sensor] = getattr(tuning.noise, sensor)
         row[f"{sensor}_relative_error"] = error if error == error else None
-    return row | {"log_evidence": tuning.log_evidence, "evaluations": tuning.evaluations}
+    return row | {"doubts": tuning.doubts, "log_evidence": tuning.log_evidence, "evaluations": tuning.evaluations}

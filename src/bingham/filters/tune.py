@@ -23,11 +23,15 @@ FloatArray = NDArray[np.float64]
 BIAS_STD = math.radians(5.0)
 # Mean of the first second is where the search takes up and north from.
 START_S = 1.0
+# A larger relative error than this says that the recording leaves the density open.
+UNDETERMINED = 0.5
+# White noise shows its full density from sample to sample; filtered sensors hide up to some half of it.
+ABOVE_SCATTER = 4.0
 
 
 @dataclass(frozen=True)
 class SensorNoise:
-    """White noise of an inertial sensor.
+    """White noise of an inertial sensor: parameters of `Gyroscope`, `simulate_imu`; for `VectorSensor` see `tune`.
 
     Parameters
     ----------
@@ -66,6 +70,9 @@ class Tuning:
         Its value where the search began.
     evaluations : int
         How often the recording was filtered.
+    scatter : dict
+        What the samples' scatter in the quietest second would be as such a noise. Of the same size as `noise` where
+        the noise is white; far below where motion or disturbances are in `noise`.
     """
 
     noise: SensorNoise
@@ -73,11 +80,31 @@ class Tuning:
     log_evidence: float
     start_log_evidence: float
     evaluations: int
+    scatter: dict[str, float]
     _evidence: Callable[[FloatArray], float]
     _names: tuple[str, ...]
 
-    def profile(self, name: str, factors: Any = (0.25, 0.5, 0.71, 0.84, 1.0, 1.19, 1.41, 2.0, 4.0)) -> Any:
+    @property
+    def doubts(self) -> dict[str, str]:
+        """Why a density is not to be used, by name; empty where all describe the sensor."""
+        found: dict[str, str] = {}
+        for name, error in self.relative_error.items():
+            ratio = getattr(self.noise, name) / self.scatter[name] if self.scatter[name] > 0.0 else math.inf
+            if not error <= UNDETERMINED:
+                found[name] = "not determined by this recording"
+            elif ratio > ABOVE_SCATTER:
+                found[name] = f"{ratio:.0f} times the scatter from sample to sample: motion or disturbances, not noise"
+        return found
+
+    def profile(self, name: str, factors: Any = None) -> Any:
         """Return values (n,) of one density and the log-evidence (n,) there, the others chosen best for each.
+
+        Parameters
+        ----------
+        name : str
+            Which density.
+        factors : (n,) array_like, optional
+            Multiples of the best value; 13 of them within 4 standard errors unless given.
 
         Raises
         ------
@@ -88,14 +115,19 @@ class Tuning:
             raise InvalidArgumentError("name", " or ".join(repr(n) for n in self._names), repr(name))
         k = self._names.index(name)
         best = np.log([getattr(self.noise, n) for n in self._names])
+        errors = np.array([self.relative_error[n] for n in self._names])
+        errors = np.clip(np.nan_to_num(errors, nan=1.0), 1e-3, 0.7)
+        if factors is None:
+            factors = np.exp(errors[k] * np.linspace(-4.0, 4.0, 13))
         values, levels = [], []
         for factor in np.asarray(factors, dtype=np.float64):
             fixed = best[k] + math.log(factor)
             rest = np.delete(best, k)
+            simplex = _simplex(rest, np.delete(errors, k))
             if len(rest):
                 found = minimize(
                     lambda r, v=fixed: -self._evidence(np.insert(r, k, v)), rest, method="Nelder-Mead",
-                    options={"xatol": 0.02, "fatol": 0.02, "maxfev": 60, "initial_simplex": _simplex(rest, 0.1)},
+                    options={"xatol": 0.1, "fatol": 0.02, "maxfev": 60, "initial_simplex": simplex},
                 )  # fmt: skip
                 level = -float(found.fun)
             else:
@@ -115,13 +147,21 @@ def tune(
 ) -> Tuning:
     """Find the noise densities under which the recording is most probable.
 
-    The model is the plain one: constant gravity and field, white noise, gyroscope bias with a random walk. Linear
-    acceleration and magnetic disturbance count as noise. Ground truth is not used.
+    The model is the plain one: constant gravity and field, white noise, gyroscope bias with a random walk. It is right
+    for simulated recordings and for bodies that turn without being moved or disturbed. Elsewhere linear acceleration,
+    scale errors and a bent field, which are not white, count as noise; a recording at rest leaves the gyroscope's
+    density open. `Tuning.doubts` names the densities that suffer from either. Ground truth is not used.
+
+    The densities are those of the white-noise models: ``Gyroscope(noise_density=gyroscope)``; of ``VectorSensor`` for
+    the vertical, κ = dt (g/accelerometer)² with samples dt apart, and for the field F, κ = (|F|/magnetometer)²; and of
+    `simulate_imu`. They are not `ImuFilter`'s ``gyroscope_noise`` and ``accelerometer_noise``: it models motion and
+    scale errors by parameters of their own, and its defaults need no tuning.
 
     Parameters
     ----------
     recording : ImuRecording
-        With accelerometer, beginning at rest or nearly so (1 s); half a minute is enough for the gyroscope to 10 %.
+        With accelerometer, beginning at rest or nearly so (1 s), then turning about changing axes. The quieter the
+        gyroscope beside the other sensors, the longer it takes: see `Tuning.relative_error`.
     start : SensorNoise, optional
         Where to begin; a decade off is near enough.
     bias_walk : float
@@ -169,11 +209,29 @@ def tune(
     if not found.success:
         raise ConvergenceError("the search for noise densities did not settle", noise, "start nearer to the truth")
     errors = _relative_errors(lambda y: -cost(y), x)
-    return Tuning(noise, dict(zip(names, errors, strict=True)), -float(found.fun), begin, count, evidence, names)
+    relative = dict(zip(names, errors, strict=True))
+    scatter = {name: _scatter(recording, name) for name in names}
+    return Tuning(noise, relative, -float(found.fun), begin, count, scatter, evidence, names)
 
 
-def _simplex(x: FloatArray, size: float) -> FloatArray:
+def _simplex(x: FloatArray, size: float | FloatArray) -> FloatArray:
     return np.concatenate([x[None], x + size * np.eye(len(x))])
+
+
+def _scatter(recording: ImuRecording, name: str) -> float:
+    """Return the least root mean square of second differences in a second, scaled to the unit of `SensorNoise`.
+
+    White noise of variance s² has second differences of variance 6 s²; motion is smooth and has nearly none.
+    """
+    samples = np.asarray(getattr(recording, name))
+    new = np.array(np.isfinite(samples[:, 0]))
+    new[1:] &= (samples[1:] != samples[:-1]).any(axis=1)
+    step = float(np.median(np.diff(recording.time[new])))
+    squares = np.diff(samples[new], 2, axis=0) ** 2 / 6.0
+    window = min(len(squares), max(3, round(1.0 / step)))
+    count = len(squares) // window
+    quietest = float(squares[: count * window].reshape(count, -1).mean(axis=1).min())
+    return math.sqrt(quietest * (1.0 if name == "magnetometer" else step))
 
 
 def _relative_errors(evidence: Callable[[FloatArray], float], x: FloatArray) -> list[float]:
