@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from bingham import Bingham, BinghamFilter, Gate, Gyroscope, HeadingSensor, InvalidArgumentError, VectorSensor
+from bingham.filters.smoother import smooth_fixed_interval
 from bingham.filters.stepwise import run_steps
 from bingham.metrics import geodesic_error
 from bingham.rotations import compose, conjugate, from_rotation_vector, rotate
@@ -99,3 +100,22 @@ def test_mistakes_are_named_with_their_row(turning):
         f.run(Bingham.uniform(4), body[None], controls=rate, times=t)
     with pytest.raises(InvalidArgumentError, match="times: expected seconds"):
         f.run(Bingham.uniform(4), body, controls=rate)
+
+
+def test_vectors_are_smoothed_too(turning):
+    t, rate, body, q = turning
+    seen = body[:200].copy()
+    seen[100:140] = np.nan
+    f = BinghamFilter(Gyroscope(0.05), VectorSensor(FIELD, 1.0 / 0.02**2))
+    start = Bingham.from_covariance(q[0], 1e-4 * np.eye(3), frame="body")
+    given = {"controls": rate[:200], "times": t[:200]}
+    filtered, smoothed = f.run(start, seen, **given), smooth_fixed_interval(f, start, seen, **given)
+    np.testing.assert_allclose(smoothed.concentrations[-1], filtered.concentrations[-1], rtol=1e-6)
+
+    def error(track):
+        to_field = np.sum(rotate(conjugate(track.modes), FIELD) * rotate(conjugate(q[:200]), FIELD), axis=-1)
+        return np.sqrt(np.mean(np.arccos(np.clip(to_field, -1.0, 1.0)) ** 2))
+
+    assert error(smoothed) < 0.8 * error(filtered)
+    with pytest.raises(InvalidArgumentError, match="bingham_filter: expected a sensor whose likelihood"):
+        smooth_fixed_interval(BinghamFilter(Gyroscope(0.05), HeadingSensor(50.0)), start, seen, **given)

@@ -73,7 +73,9 @@ def _unit_or_missing(x: ArrayLike | Rotation, d: int, name: str) -> FloatArray:
     if wrong.size:
         i = int(wrong[0])
         got = f"{a.reshape(-1, d)[i].tolist()} at row {i}"
-        raise InvalidArgumentError(name, "unit vectors, or all NaN where missing", got, "drop the row, or blank all of it")
+        raise InvalidArgumentError(
+            name, "unit vectors, or all NaN where missing", got, "drop the row, or blank all of it"
+        )
     wrong = np.flatnonzero((np.abs(norm - 1.0) > UNIT_TOLERANCE).ravel() & ~missing.ravel())
     if wrong.size:
         i = int(wrong[0])

@@ -18,7 +18,7 @@ from bingham.errors import InvalidArgumentError
 from bingham.filters.first_order import BinghamFilter
 from bingham.filters.track import Track
 from bingham.models.motion import Gyroscope, NoisyIdentity
-from bingham.models.sensors import OrientationSensor
+from bingham.models.sensors import OrientationSensor, VectorSensor
 from bingham.rotations import compose, conjugate
 
 __all__ = ["smooth_fixed_interval", "smooth_fixed_lag"]
@@ -39,11 +39,11 @@ def smooth_fixed_interval(
     Parameters
     ----------
     bingham_filter : BinghamFilter
-        What `BinghamFilter.run` takes: an orientation sensor and a motion model of this package.
+        With an orientation or vector sensor and a motion model of this package.
     prior : Bingham
         The law before the first prediction.
-    measurements : (T, d) array_like
-        Unit vectors; NaN where missing. What the filter's gate refuses is not used on the way back either.
+    measurements : (T, d) or (T, 3) array_like
+        As the sensor takes them; NaN where missing. What the filter's gate refuses is not used on the way back either.
     controls, times : array_like, optional
         As in `BinghamFilter.run`.
 
@@ -73,13 +73,14 @@ def smooth_fixed_interval(
     forward = bingham_filter.run(prior, measurements, controls=controls, times=times)
     used, turns, seconds = _used(bingham_filter, forward, measurements, controls, times)
     back = _reversed(bingham_filter)
+    likelihoods = _likelihoods(back, used)
     message = back.run(
         Bingham.uniform(back.motion.dim),
         used[::-1],
         controls=None if turns is None else _reversed_controls(back, turns),
         times=None if seconds is None else -seconds[::-1],
     )
-    matrices = forward.matrices + message.matrices[::-1] - _likelihoods(back, used)
+    matrices = forward.matrices + message.matrices[::-1] - likelihoods
     return _track(forward, matrices)
 
 
@@ -164,15 +165,25 @@ def _reversed_controls(back: BinghamFilter, turns: FloatArray) -> FloatArray:
 
 def _likelihoods(back: BinghamFilter, used: FloatArray) -> FloatArray:
     """Return the likelihood matrices L_t (T, d, d), 0 where nothing was used."""
-    sensor = back.sensor
-    assert isinstance(sensor, OrientationSensor)
+    sensor, d = back.sensor, back.motion.dim
     there = np.isfinite(used[:, 0])
-    out = np.zeros((*used.shape, used.shape[1]))
-    axes = sensor.frame
-    seen = used[there][:, None, :]
-    seen = seen / np.linalg.norm(seen, axis=-1, keepdims=True)
-    n = compose(axes, seen) if sensor.left else compose(seen, axes)
-    out[there] = np.einsum("tki,k,tkj->tij", n, sensor.noise.z, n)
+    out = np.zeros((len(used), d, d))
+    if isinstance(sensor, OrientationSensor):
+        axes = sensor.frame
+        seen = used[there][:, None, :]
+        seen = seen / np.linalg.norm(seen, axis=-1, keepdims=True)
+        n = compose(axes, seen) if sensor.left else compose(seen, axes)
+        out[there] = np.einsum("tki,k,tkj->tij", n, sensor.noise.z, n)
+    elif isinstance(sensor, VectorSensor):
+        for t in np.flatnonzero(there):
+            out[t] = sensor.likelihood(used[t]).matrix
+    else:
+        raise InvalidArgumentError(
+            "bingham_filter",
+            "a sensor whose likelihood does not depend on the prediction (orientation or vector)",
+            type(sensor).__name__,
+            "the smoother weighs every measurement once, forwards and backwards alike",
+        )
     return out
 
 
