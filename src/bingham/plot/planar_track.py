@@ -11,12 +11,14 @@ from bingham.distributions.bingham import Bingham
 from bingham.plot.style import (
     AXIS_COLOURS,
     INK,
+    OVERLAY,
     PALE,
     draw_band,
     fit_angles,
     legend_above,
     new_figure,
     shade_unscored,
+    since_start,
     stride,
     unbroken,
 )
@@ -42,7 +44,7 @@ def plot_planar_track(
     Parameters
     ----------
     time : (T,) ndarray
-        Seconds.
+        Seconds; drawn since the first one.
     laws : Bingham
         Of the axes, d = 2, a batch (T,).
     truth : (T, 2) ndarray, optional
@@ -60,7 +62,8 @@ def plot_planar_track(
         Save it with ``savefig``.
     """
     kept = stride(len(time), MOST)
-    t, laws = time[kept], laws[kept]
+    seconds, label = since_start(time)
+    t, laws = seconds[kept], laws[kept]
     band = np.degrees(laws.credible_angle(0.95))
     figure = new_figure(9.0, 4.0 if truth is None else 6.0)
     panels = figure.subplots(1 if truth is None else 2, 1, sharex=True, squeeze=False)[:, 0]
@@ -75,14 +78,15 @@ def plot_planar_track(
     if truth is not None:
         panels[0].plot(t, unbroken(_angle(truth[kept]), 90.0), color=INK, lw=0.7, ls=":", label="truth")
         off = _wrapped(_angle(laws.mode) - _angle(truth[kept]))
-        panels[1].fill_between(t, -band, band, color=AXIS_COLOURS[2], alpha=0.2, lw=0, label="95 % band")
-        panels[1].plot(t, off, color=AXIS_COLOURS[2], lw=0.8, label="error")
+        # The band lies above the error, whose restless line would hide it.
+        panels[1].fill_between(t, -band, band, color=OVERLAY, alpha=0.4, lw=0, zorder=3, label="95 % band")
+        panels[1].plot(t, off, color=AXIS_COLOURS[2], lw=0.7, label="error")
         panels[1].set_ylabel("error [°]")
         if scored is not None:
             shade_unscored(panels[1], t, scored[kept])
     for axes in panels:
         legend_above(axes)
-    panels[-1].set(xlabel="time [s]", xlim=(t[0], t[-1]))
+    panels[-1].set(xlabel=label, xlim=(t[0], t[-1]))
     figure.suptitle(title, fontsize=11)
     return figure
 

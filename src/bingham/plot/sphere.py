@@ -10,12 +10,13 @@ from numpy.typing import ArrayLike, NDArray
 from bingham.plot.style import AXIS_COLOURS, INK, PALE
 from bingham.rotations import rotate
 
-__all__ = ["draw_axes_cloud", "draw_sphere", "project"]
+__all__ = ["draw_axes_cloud", "draw_axes_path", "draw_sphere", "project"]
 
 FloatArray = NDArray[np.float64]
 
 # Azimuth and elevation of the eye, rad: all three world axes are in front.
 EYE = (np.radians(35.0), np.radians(25.0))
+JUMP = 0.5  # a longer step of a path, in radii, is a gap and no line
 
 
 def project(v: ArrayLike) -> tuple[FloatArray, FloatArray, NDArray[np.bool_]]:
@@ -52,3 +53,14 @@ def draw_axes_cloud(axes: Any, q: ArrayLike, *, size: float = 3.0, alpha: float 
         right, up, front = project(rotate(quaternion, tip))
         for side, strength in ((~front, 0.3 * alpha), (front, alpha)):
             axes.scatter(right[side], up[side], s=size, color=colour, alpha=strength, lw=0)
+
+
+def draw_axes_path(axes: Any, q: ArrayLike) -> None:
+    """Draw the lines along which rotations (T, 4) carry the body's x, y and z axes: pale on the far side."""
+    quaternion = np.asarray(q, dtype=np.float64)
+    for tip, colour in zip(np.eye(3), AXIS_COLOURS, strict=True):
+        line = rotate(quaternion, tip)
+        line[1:][np.linalg.norm(np.diff(line, axis=0), axis=1) > JUMP] = np.nan
+        right, up, front = project(line)
+        for side, strength in ((~front, 0.25), (front, 0.7)):
+            axes.plot(np.where(side, right, np.nan), up, color=colour, alpha=strength, lw=0.6)

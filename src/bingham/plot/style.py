@@ -12,19 +12,21 @@ from bingham.errors import MissingExtraError
 __all__ = [
     "AXIS_COLOURS",
     "INK",
+    "OVERLAY",
     "PALE",
     "draw_band",
     "fit_angles",
     "legend_above",
     "new_figure",
     "shade_unscored",
+    "since_start",
     "stride",
     "unbroken",
 ]
 
 # Okabe & Ito's palette: told apart by colour-blind readers too.
 AXIS_COLOURS = ("#D55E00", "#009E73", "#0072B2")
-INK, PALE = "#333333", "#BBBBBB"
+INK, PALE, OVERLAY = "#333333", "#BBBBBB", "#56B4E9"
 
 
 def new_figure(width: float, height: float) -> Any:
@@ -39,6 +41,18 @@ def new_figure(width: float, height: float) -> Any:
 def stride(size: int, most: int = 3000) -> slice:
     """Return a slice that keeps at most `most` of `size` samples, evenly."""
     return slice(None, None, max(1, -(-size // most)))
+
+
+def since_start(time: NDArray[np.float64]) -> tuple[NDArray[np.float64], str]:
+    """Return seconds (T,) since the first time, and the axis label, which names that time unless it is 0.
+
+    Examples
+    --------
+    >>> since_start(np.array([1305031098.6659, 1305031099.1659]))
+    (array([0. , 0.5]), 'seconds since t = 1305031098.666 s')
+    """
+    start = float(time[0])
+    return time - start, f"seconds since t = {f'{start:.3f}'.rstrip('0').rstrip('.')} s" if start else "time [s]"
 
 
 def unbroken(angle_deg: NDArray[np.float64], jump_deg: float = 180.0) -> NDArray[np.float64]:

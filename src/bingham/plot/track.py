@@ -9,16 +9,18 @@ from numpy.typing import NDArray
 from scipy.special import chdtri, ndtri
 
 from bingham.distributions.bingham import Bingham
-from bingham.plot.sphere import draw_axes_cloud, draw_sphere
+from bingham.plot.sphere import draw_axes_cloud, draw_axes_path, draw_sphere
 from bingham.plot.style import (
     AXIS_COLOURS,
     INK,
+    OVERLAY,
     PALE,
     draw_band,
     fit_angles,
     legend_above,
     new_figure,
     shade_unscored,
+    since_start,
     stride,
     unbroken,
 )
@@ -53,7 +55,7 @@ def plot_track(
     Parameters
     ----------
     time : (T,) ndarray
-        Seconds.
+        Seconds; drawn since the first one.
     laws : Bingham
         Of the rotations, d = 4, a batch (T,).
     covariance : (T, 3, 3) ndarray, optional
@@ -78,7 +80,8 @@ def plot_track(
     """
     # Thinned before anything is computed: no screen has more columns.
     kept = stride(len(time))
-    t, laws = time[kept], laws[kept]
+    seconds, label = since_start(time)
+    t, laws = seconds[kept], laws[kept]
     if covariance is None:
         covariance = laws.covariance(frame="world", undefined="nan")
     else:
@@ -98,7 +101,7 @@ def plot_track(
                 shade_unscored(axes, t, scored[kept])
             legend_above(axes)
     heading.set_title(note, loc="left", fontsize=8)
-    inclination.set(xlabel="time [s]", xlim=(t[0], t[-1]))
+    inclination.set(xlabel=label, xlim=(t[0], t[-1]))
     _draw_cloud(figure.add_subplot(grid[:, 1]), laws, world)
     figure.suptitle(title, fontsize=11)
     return figure
@@ -176,11 +179,13 @@ def _draw_errors(
     if raw is not None:
         heading.plot(t, raw[:, 2], ".", color=PALE, ms=2, label="measured")
         inclination.plot(t, np.hypot(raw[:, 0], raw[:, 1]), ".", color=PALE, ms=2, label="measured")
-    heading.fill_between(t, -across, across, color=AXIS_COLOURS[2], alpha=0.2, lw=0, label=_label(across))
-    inclination.fill_between(t, 0, around, color=AXIS_COLOURS[0], alpha=0.2, lw=0, label=_label(around))
+    # The bands lie above the errors, whose restless lines would hide them.
+    shade: dict[str, Any] = {"color": OVERLAY, "alpha": 0.4, "lw": 0, "zorder": 3}
+    heading.fill_between(t, -across, across, **shade, label=_label(across))
+    inclination.fill_between(t, 0, around, **shade, label=_label(around))
     tilt = np.hypot(error[:, 0], error[:, 1])
-    heading.plot(t, error[:, 2], color=AXIS_COLOURS[2], lw=0.8, label="error")
-    inclination.plot(t, tilt, color=AXIS_COLOURS[0], lw=0.8, label="error")
+    heading.plot(t, error[:, 2], color=AXIS_COLOURS[2], lw=0.7, label="error")
+    inclination.plot(t, tilt, color=AXIS_COLOURS[0], lw=0.7, label="error")
     most = _limit(np.abs(error[:, 2]), across)
     heading.set(ylabel="heading error [°]", ylim=(-most, most))
     inclination.set(ylabel="inclination error [°]", ylim=(0, _limit(tilt, around)))
@@ -208,10 +213,12 @@ def _limit(*values: FloatArray) -> float:
 
 def _draw_cloud(axes: Any, laws: Bingham, world: tuple[str, str, str]) -> None:
     draw_sphere(axes, world)
-    draw_axes_cloud(axes, laws.mode, size=1.0, alpha=0.15)
-    chosen = np.unique(np.linspace(0, len(laws.z) - 1, CLOUDS).astype(int))
+    draw_axes_path(axes, laws.mode)
+    chosen = np.unique(np.linspace(0, len(laws.z) - 1, CLOUDS).astype(int))[1:]
+    # Laws without a clear mode, of a start that knows no heading, would cover the sphere and say nothing.
+    clear = laws.axis_moments[chosen, 3] > 2 * laws.axis_moments[chosen, 2]
     rng = np.random.default_rng(0)
-    samples = [laws[int(k)].rvs(CLOUD_SIZE, rng=rng) for k in chosen[1:]]
+    samples = [laws[int(k)].rvs(CLOUD_SIZE, rng=rng) for k in (chosen[clear] if clear.any() else chosen)]
     if samples:
         draw_axes_cloud(axes, np.concatenate(samples), size=3.0, alpha=0.6)
     axes.set_title(f"where the body's x, y and z axes point:\npath, and {len(samples)} laws by samples", fontsize=9)
