@@ -40,6 +40,20 @@ def test_prints_a_table_for_people(bingham, two_walls):
     assert result.exit_code == 0
     assert "outliers" in result.stdout
     assert "BIC" in result.stdout
+    assert "try more" not in result.stdout
+
+
+def test_the_largest_number_tried_and_the_angle_of_rotations_are_named(bingham, tmp_path):
+    path = tmp_path / "turns.csv"
+    apart = [Bingham([-900.0] * 3 + [0.0], np.roll(np.eye(4), k, axis=1)).rvs(40, rng=k) for k in range(3)]
+    np.savetxt(path, np.concatenate(apart), delimiter=",", header="qw,qx,qy,qz", comments="", fmt="%.17g")
+    options = ("--components", "1-2", "--restarts", "3")
+    part = json.loads(bingham("cluster", path, *options, "--json").stdout)["components"][0]
+    assert part["credible_rotation_95_deg"] == 2 * part["credible_angle_95_deg"]
+    said = bingham("cluster", path, *options).stdout
+    assert f"{part['credible_rotation_95_deg']:.1f}°" in said
+    assert "95 % within: angle of the rotation" in said
+    assert "try more: --components 2-4" in said
 
 
 @pytest.mark.parametrize(

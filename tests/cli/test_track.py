@@ -110,6 +110,18 @@ def test_summary_for_people(bingham, imu, tmp_path):
     assert line.split()[:4] == ["imu", "601", "12.0", "s"]
 
 
+@pytest.mark.parametrize(("stated", "doubted"), [(0.1, False), (0.03, True)])
+def test_many_rejected_orientations_put_the_noise_in_doubt(bingham, tmp_path, stated, doubted):
+    """Noise of 0.1 rad: stated as a third of that, a gate of 99.9 % refuses much more than 10 %."""
+    noise = Bingham.from_covariance([1.0, 0, 0, 0], 0.1**2 * np.eye(3), frame="body")
+    rows = np.column_stack([0.01 * np.arange(400), noise.rvs(400, rng=1)])
+    path = tmp_path / "still.csv"
+    np.savetxt(path, rows, delimiter=",", header="t,qw,qx,qy,qz", comments="", fmt="%.17g")
+    result = bingham("track", path, "--no-figure", "--measurement-noise", stated, "-o", tmp_path / "out")
+    assert result.exit_code == 0, result.stderr
+    assert ("Over 10 % rejected: still. Larger --measurement-noise" in result.stdout) == doubted
+
+
 def test_without_magnetometer_the_heading_of_the_truth_is_turned_to_suit(bingham, data, tmp_path):
     row = json.loads(bingham("track", data / "tumvi" / "room4.npz", "--json", "--no-figure", "-o", tmp_path).stdout)
     assert "heading_offset_rad" in row

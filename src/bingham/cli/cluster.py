@@ -128,6 +128,7 @@ def describe(axes: Axes, mixture: BinghamMixture, label: Any) -> dict[str, Any]:
                 "mode": laws.mode[k].tolist(),
                 "credible_angle_95_deg": float(angles[k]),
             }
+            | ({"credible_rotation_95_deg": min(2.0 * float(angles[k]), 180.0)} if mixture.dim == 4 else {})
             for k in range(mixture.size)
         ],
         "background": mixture.background,
@@ -143,27 +144,30 @@ def _print(row: dict[str, Any]) -> None:
     from rich.table import Table
 
     console = Console()
+    console.width = max(console.width, 200)  # a row too long for a terminal reads better broken there than by cells
+    rotations = row["dim"] == 4
     console.print(f"[bold]{row['file']}[/]: {row['samples']} samples, d = {row['dim']}", highlight=False)
     table = Table(box=None, header_style="bold", pad_edge=False)
-    for heading in (
-        "cluster",
-        "weight",
-        "points",
-        "concentrations",
-        f"mode ({' '.join(row['columns'])})",
-        "95 % within",
-    ):
-        table.add_column(heading, justify="right")
+    mode_of = f"mode ({' '.join(row['columns'])})"
+    for heading in ("no.", "weight", "points", "concentrations", mode_of, "95 %\nwithin"):
+        table.add_column(heading, justify="right", vertical="bottom")
     for k, part in enumerate(row["components"], 1):
-        spectrum = " ".join(f"{z:.4g}" for z in part["concentrations"][:-1])
+        spectrum = " ".join(f"{z:.0f}" if z < -100.0 else f"{z:.3g}" for z in part["concentrations"][:-1])
         mode = " ".join(f"{x:+.3f}" for x in part["mode"])
-        angle = f"{part['credible_angle_95_deg']:.1f}°"
+        angle = f"{part['credible_rotation_95_deg' if rotations else 'credible_angle_95_deg']:.1f}°"
         table.add_row(str(k), f"{part['weight']:.3f}", str(part["count"]), spectrum, mode, angle)
     if row["background"] > 0.0:
         table.add_row("0", f"{row['background']:.3f}", str(row["outliers"]), "outliers", "", "")
     console.print(table, highlight=False)
+    if rotations:
+        console.print("95 % within: angle of the rotation from the mode to the sample", style="dim", highlight=False)
     for name, key in (("log-likelihood", "log_likelihood"), ("BIC", "bic"), ("AIC", "aic")):
         console.print(f"{name:<16}{row[key]:.2f}", highlight=False)
+    sizes = [trial["components"] for trial in row.get("tried", [])]
+    if len(sizes) > 1 and len(row["components"]) == max(sizes):
+        most = max(sizes)
+        console.print(f"{most} clusters, the largest number tried, suit best; try more: --components {most}-{2 * most}",
+                      highlight=False)  # fmt: skip
     for name in row.get("files", []):
         console.print(f"{'file':<16}{name}", highlight=False)
 

@@ -132,7 +132,10 @@ def print_fit(row: dict[str, Any]) -> None:
     console = Console()
     console.print(f"[bold]{row['file']}[/]: {row['samples']} samples, d = {row['dim']}", highlight=False)
     table = Table(box=None, header_style="bold", pad_edge=False)
-    for heading in ("concentration", "± s.e.", "share", f"axis ({' '.join(row['columns'])})", "± to the mode"):
+    rotations = row["dim"] == 4
+    factor = 2.0 if rotations else 1.0  # a step on the sphere of quaternions is half the rotation
+    error = "± to the mode\n(rotation)" if rotations else "± to the mode"
+    for heading in ("concentration", "± s.e.", "share", f"axis ({' '.join(row['columns'])})", error):
         table.add_column(heading, justify="right")
     turns = [line[-1] for line in row["axis_errors_deg"]]
     lines = zip(row["concentrations"], row["concentration_errors"], row["moments"], row["axes"], turns, strict=True)
@@ -143,13 +146,14 @@ def print_fit(row: dict[str, Any]) -> None:
             "" if last else f"{error:.2g}",
             f"{share:.4f}",
             "  ".join(f"{x:+.4f}" for x in axis),
-            "mode" if last else _degrees(turn),
+            "mode" if last else _degrees(turn, factor),
         )
     console.print(table, highlight=False)
-    rotation = f" (rotation by {row['credible_rotation_95_deg']:.2f}°)" if row["dim"] == 4 else ""
+    rotation = f" (rotation by {row['credible_rotation_95_deg']:.2f}°)" if rotations else ""
+    confidence = " × ".join(_degrees(x, factor) for x in row["mode_confidence_95_deg"])
     for name, value in (
         ("95 % of axes within", f"{row['credible_angle_95_deg']:.2f}°{rotation} of the mode"),
-        ("95 % confidence of the mode", " × ".join(_degrees(x) for x in row["mode_confidence_95_deg"])),
+        ("95 % confidence of the mode", f"rotation by {confidence}" if rotations else confidence),
         ("entropy", f"{row['entropy']:.4f} nat"),
         ("log-likelihood", f"{row['log_likelihood']:.2f}"),
     ):
@@ -162,6 +166,6 @@ def print_fit(row: dict[str, Any]) -> None:
         console.print(f"{'figure':<28}{name}", highlight=False)
 
 
-def _degrees(value: float | None) -> str:
-    """Return an error of an axis; one that reaches all around says nothing of where it points."""
-    return "open" if value is None or value >= 90.0 else f"{value:.2f}°"
+def _degrees(value: float | None, factor: float) -> str:
+    """Return an error of an axis, times a factor; one that reaches all around says nothing of where it points."""
+    return "open" if value is None or value >= 90.0 else f"{factor * value:.2f}°"

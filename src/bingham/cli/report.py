@@ -18,6 +18,9 @@ __all__ = ["Truth", "errors_deg", "print_table", "truth_of"]
 
 FloatArray = NDArray[np.float64]
 
+# Beyond this share of orientations refused, the stated noise is in question rather than the measurements.
+DOUBTFUL_REJECTED = 0.1
+
 # Left factors that carry orientations given against NED or NWU axes to ENU axes.
 TO_ENU = {"ENU": (1.0, 0.0, 0.0, 0.0), "NED": (0.0, 0.5**0.5, 0.5**0.5, 0.0), "NWU": (0.5**0.5, 0.0, 0.0, 0.5**0.5)}
 
@@ -127,6 +130,15 @@ def print_table(rows: Sequence[dict[str, Any]]) -> None:
     console.print(table)
     if compared:
         console.print("Errors: root mean square against the recording's ground truth.", style="dim")
+    if doubtful := [row["recording"] for row in rows if _noise_in_doubt(row)]:
+        names = ", ".join(doubtful)
+        note = f"Over 10 % rejected: {names}. Larger --measurement-noise or --process-noise? `bingham tune` finds them."
+        console.print(note, highlight=False)
     if turned := [row["recording"] for row in rows if "heading_offset_rad" in row]:
         note = f"No magnetometer: truth turned about the vertical by one angle to suit: {', '.join(turned)}."
         console.print(note, style="dim", highlight=False)
+
+
+def _noise_in_doubt(row: dict[str, Any]) -> bool:
+    """Whether so many orientations were refused that the stated noise must be too small; not of magnetometers."""
+    return row["filter"].startswith("first-order") and row["rejected"] > DOUBTFUL_REJECTED * row["samples"]
