@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from bingham import Bingham, BinghamFilter, ImuFilter, ImuState
 from bingham.errors import InvalidArgumentError, RecordingError
 from bingham.io import (
     RecordingWarning,
@@ -19,6 +20,7 @@ from bingham.io import (
 )
 from bingham.io.atomic import replaced
 from bingham.recording import ImuRecording, OrientationRecording
+from bingham.simulate import simulate_imu, simulate_tumbling
 
 
 def planar():
@@ -228,3 +230,32 @@ def test_csv_quaternion_is_the_reference_beside_a_gyroscope(tmp_path):
     assert recording.earth_frame == "NED"
     np.testing.assert_array_equal(recording.reference[0], [0.6, 0, 0.8, 0])
     assert np.isnan(recording.reference[1]).all()
+
+
+def test_tracks_are_written_as_they_are_and_gone_on_from(tmp_path):
+    noise = Bingham([-500.0, -200.0, -50.0, 0.0], np.eye(4)[:, [1, 2, 3, 0]])
+    f, z = BinghamFilter(noise, noise), noise.rvs(20, rng=1)
+    whole, first = f.run(Bingham.uniform(4), z), f.run(Bingham.uniform(4), z[:10])
+    with pytest.raises(InvalidArgumentError, match="give time="):
+        write_track_npz(tmp_path / "a.npz", first)
+    write_track_npz(tmp_path / "a.npz", first, time=np.arange(10.0))
+    stored = read_track(tmp_path / "a.npz")
+    state = Bingham.from_spectrum(stored["concentrations"][-1], stored["frames"][-1])
+    np.testing.assert_array_equal(f.run(state, z[10:]).frames, whole.frames[10:])
+
+
+def test_inertial_tracks_carry_their_state(tmp_path):
+    recording = simulate_imu(simulate_tumbling(4.0, 50.0, rng=1), rng=1)
+    track = ImuFilter().run(recording)
+    write_track_npz(tmp_path / "a.npz", track)
+    stored = read_track(tmp_path / "a.npz")
+    np.testing.assert_array_equal(stored["modes"], track.modes)
+    assert stored["covariance_frame"] == "world"
+    np.testing.assert_array_equal(ImuState.from_json(stored["state"]).covariance, track.final.covariance)
+
+
+def test_only_tracks_are_taken_for_tracks(tmp_path):
+    with pytest.raises(InvalidArgumentError, match="a Track or ImuTrack"):
+        write_track_npz(tmp_path / "a.npz", {"modes": [[1.0, 0.0, 0.0, 0.0]]})
+    with pytest.raises(InvalidArgumentError, match="or a track"):
+        write_track_npz(tmp_path / "a.npz", time=[0.0])

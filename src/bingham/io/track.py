@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import csv
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -15,6 +15,10 @@ from bingham.io.checks import existing
 from bingham.io.fields import Fields
 from bingham.io.npz import load_archive, save_archive
 from bingham.recording import OrientationRecording
+
+if TYPE_CHECKING:
+    from bingham.filters.imu_track import ImuTrack
+    from bingham.filters.track import Track
 
 __all__ = ["read_track", "write_track_csv", "write_track_npz"]
 
@@ -107,9 +111,10 @@ def write_track_csv(
 
 def write_track_npz(
     path: str | Path,
+    track: Track | ImuTrack | None = None,
     *,
-    time: ArrayLike,
-    modes: ArrayLike,
+    time: ArrayLike | None = None,
+    modes: ArrayLike | None = None,
     matrices: ArrayLike | None = None,
     **more: ArrayLike | str | None,
 ) -> None:
@@ -119,16 +124,30 @@ def write_track_npz(
     ----------
     path : str or Path
         File to write or replace.
+    track : Track or ImuTrack, optional
+        Where everything comes from that is not given by name. Of a `Track`: ``concentrations`` and ``frames``, whose
+        last rows ``Bingham.from_spectrum`` makes the law to go on from, of an `ImuTrack`: ``state``, for
+        `ImuState.from_json`.
     time : array_like, shape (T,)
-        Seconds.
+        Seconds; needed with a track that has none.
     modes : array_like, shape (T, d)
-        Most probable orientations.
+        Most probable orientations; needed without a track.
     matrices : array_like, shape (T, d, d), optional
         Parameters of the laws.
     **more
         Any further array or text of the track, as ``log_evidence``, ``covariance``, ``covariance_frame``,
         ``concentrations``, ``accepted``, ``reason``, and the state to go on from (``state_z``, ``state_M``).
     """
+    if track is not None:
+        own = _content(track)
+        own_time, own_modes = own.pop("time"), own.pop("modes")
+        time, modes = own_time if time is None else time, own_modes if modes is None else modes
+        more = own | more
+    for name, value in (("time", time), ("modes", modes)):
+        if value is None:
+            raise InvalidArgumentError(
+                name, "an array", "None", f"give {name}=" + (", or a track" if track is None else "")
+            )
     modes = _array("modes", modes, (None, None))
     size, dim = modes.shape
     content: dict[str, Any] = {"format": TRACK, "time": _array("time", time, (size,)), "modes": modes}
@@ -170,7 +189,24 @@ def read_track(path: str | Path) -> dict[str, Any]:
     return {k: str(v) if v.dtype.kind == "U" and not v.ndim else v for k, v in content.items()}
 
 
-def _array(name: str, values: ArrayLike, shape: tuple[int | None, ...]) -> NDArray[np.float64]:
+def _content(track: Track | ImuTrack) -> dict[str, Any]:
+    from bingham.filters.imu_track import ImuTrack
+    from bingham.filters.track import Track
+
+    names = ["time", "modes", "log_evidence"]
+    if isinstance(track, ImuTrack):
+        names += ["bias", "bias_std"]
+        more = {"covariance": track.covariance(frame="world"), "covariance_frame": "world"}
+        more["state"] = track.final.to_json()
+    elif isinstance(track, Track):  # pyright: ignore[reportUnnecessaryIsInstance]
+        names += ["concentrations", "frames", "statistic", "decision"]
+        more = {}
+    else:
+        raise InvalidArgumentError("track", "a Track or ImuTrack", type(track).__name__, "give arrays by name")
+    return {name: getattr(track, name) for name in names} | more
+
+
+def _array(name: str, values: ArrayLike | None, shape: tuple[int | None, ...]) -> NDArray[np.float64]:
     array = np.asarray(values, dtype=np.float64)
     if array.ndim != len(shape) or any(want not in (None, have) for want, have in zip(shape, array.shape, strict=True)):
         expected = ", ".join("any" if n is None else str(n) for n in shape)
