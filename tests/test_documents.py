@@ -105,3 +105,14 @@ def test_every_command_and_option_is_described():
             (p.metavar or p.name.upper()).rstrip(".") for p in commands[name].params if p.param_type_name == "argument"
         }
         assert arguments <= set(re.findall(r"^\.\. option:: ([A-Z]+)$", text, re.M)), name
+
+
+def test_table_of_csv_columns_is_the_one_of_the_reader():
+    from bingham.io.columns import ALIASES, COLUMNS, UNITS
+
+    page = (ROOT / "docs/formats.rst").read_text(encoding="utf-8")
+    rows = re.findall(r"^   \* - (.+)\n     - (.+)\n     - (.+)$", page.split("Columns of a CSV file\n---")[1], re.M)
+    cells = [(re.findall(r"``(\w+)``", columns), re.findall(r"``(\w+)``", units)) for _, columns, units in rows]
+    listed = [(columns, units) for columns, units in cells if columns]
+    expected = [([*c, *ALIASES] if q == "time" else c, list(UNITS.get(q, {}))) for q, c in COLUMNS.items()]
+    assert listed == expected
