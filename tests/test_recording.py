@@ -1,6 +1,8 @@
 """The recording types check their contract once and cannot be changed afterwards."""
 
 import dataclasses
+import re
+import warnings
 
 import numpy as np
 import pytest
@@ -118,6 +120,54 @@ def test_a_gyroscope_is_not_read_every_hour(unit):
         ImuRecording("x", times, np.zeros((10, 3)))
 
 
+def doubted(time=0.01, rate=0.1, force=9.81, rows=100):
+    along = np.array([0.0, 0.6, 0.8])
+    force = np.broadcast_to(force, rows)[:, None] * along
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        ImuRecording("x", time * np.arange(rows), np.tile(rate * along, (rows, 1)), force)
+    assert all(w.filename == __file__ for w in caught)
+    return [str(w.message) for w in caught]
+
+
+@pytest.mark.parametrize(
+    ("values", "message"),
+    [
+        ({"time": 10.0}, r"x: time: usually 10 s between samples.* Multiply by 1e-3"),
+        ({"time": 1.0}, r"x: time: usually 1 s between samples"),
+        ({"force": 1.0}, r"x: accelerometer: usually 1 m/s².* is it in g\? Multiply by 9\.80665"),
+        ({"rate": 250.0}, r"x: gyroscope: up to 250 rad/s, 40 turns a second: degrees/s\? Multiply by π/180"),
+    ],
+)
+def test_numbers_in_other_units_are_doubted(values, message):
+    (said,) = doubted(**values)
+    assert re.match(message, said)
+
+
+@pytest.mark.parametrize(
+    "values",
+    [
+        {},
+        {"rate": 0.0},
+        {"force": 0.0},  # free fall
+        {"force": np.where(np.arange(100) < 40, 0.0, 9.81)},
+        {"force": 1.62},  # at rest on the Moon
+        {"force": 30.0, "rate": 60.0},
+        {"time": 0.1},
+        {"rows": 1, "time": 5.0},
+    ],
+)
+def test_numbers_in_si_units_are_not_doubted(values):
+    assert doubted(**values) == []
+
+
+def test_more_than_half_a_turn_between_seldom_samples_is_refused():
+    with pytest.raises(InvalidArgumentError, match=r"time: .* less than half a turn.*10 s with 10 rad.*1e-3"):
+        doubted(time=10.0, rate=1.0)
+    assert doubted(time=0.1, rate=60.0) == []  # fast, but no sign of milliseconds
+
+
+@pytest.mark.filterwarnings("ignore:x. time. usually 1 s:bingham.errors.RecordingWarning")
 @pytest.mark.parametrize(
     "times",
     [

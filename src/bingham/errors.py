@@ -11,11 +11,16 @@ __all__ = [
     "InvalidArgumentError",
     "MissingExtraError",
     "RecordingError",
+    "RecordingWarning",
 ]
 
 
 class AccuracyWarning(UserWarning):
     """A result may be less accurate than the documentation promises elsewhere."""
+
+
+class RecordingWarning(UserWarning):
+    """Something in a recording is doubtful, was put right or left out; the message says what and how much."""
 
 
 class BinghamError(Exception):

@@ -7,15 +7,16 @@ are Hamilton, scalar first, and turn body vectors into world vectors.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Any
+import warnings
+from dataclasses import dataclass, replace
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from bingham.errors import InvalidArgumentError
+from bingham.errors import InvalidArgumentError, RecordingWarning
 
-__all__ = ["ImuRecording", "OrientationRecording", "RowError", "as_seconds"]
+__all__ = ["Doubt", "ImuRecording", "OrientationRecording", "RowError", "amended", "as_seconds", "doubts"]
 
 # Rows further from unit length than float32 rounding explains are not orientations.
 UNIT_TOLERANCE = 1e-6
@@ -27,6 +28,12 @@ NEVER_SECONDS = 1e12
 LONG_STEP = 1e5
 # A gyroscope that is read so seldom tells nothing of the motion between.
 LONG_GYROSCOPE_STEP = 100.0
+# s between samples of a gyroscope: few are read so seldom, and milliseconds look so at up to 1 kHz.
+SELDOM = 1.0
+# m/s²; a resting accelerometer that reads in g shows 1, one in free fall 0 in any unit.
+IN_G = (0.5, 1.5)
+# rad/s; sensors for bodies end at 35 to 70, numbers of moving ones in degrees/s are beyond 100.
+TOO_FAST = 100.0
 
 
 class RowError(InvalidArgumentError):
@@ -185,7 +192,13 @@ class ImuRecording:
     Raises
     ------
     InvalidArgumentError
-        If a shape, a time, a norm (beyond 1e-6) or a value does not fit.
+        If a shape, a time, a norm (beyond 1e-6) or a value does not fit, or if the body usually turns by more than
+        half a turn in the second or more between samples.
+
+    Warns
+    -----
+    RecordingWarning
+        If the numbers look like milliseconds, multiples of g or degrees/s; they are taken as they are.
 
     Examples
     --------
@@ -222,6 +235,14 @@ class ImuRecording:
             _store(self, reference=reference)
         if self.earth_frame not in ("ENU", "NED", "NWU"):
             raise InvalidArgumentError("earth_frame", "'ENU', 'NED' or 'NWU'", repr(self.earth_frame))
+        step = _usual_step(self)
+        turn = step * float(np.median(np.linalg.norm(self.gyroscope, axis=1)))
+        if step >= SELDOM and turn > np.pi:
+            got = f"steps of {step:.4g} s with {turn:.3g} rad in each"
+            raise RowError("time", 1, "less than half a turn between samples", got, "milliseconds? Multiply by 1e-3")
+        for doubt in doubts(self):
+            message = f"{self.name}: {doubt.quantity}: {doubt.question} {doubt.remedy}"
+            warnings.warn(message, RecordingWarning, stacklevel=3)
 
     @property
     def size(self) -> int:
@@ -237,6 +258,48 @@ class ImuRecording:
     def scored(self) -> NDArray[np.bool_]:
         """Samples to compare with `reference`, shape (N,): known reference, and `score` where given."""
         return _scored(self.reference, self.score, self.size)
+
+
+Recording = TypeVar("Recording", bound=ImuRecording | OrientationRecording)
+
+
+def amended(recording: Recording, **fields: Any) -> Recording:
+    """Return a recording with other values of some fields; doubts about its units are not repeated."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", RecordingWarning)
+        return replace(recording, **fields)
+
+
+class Doubt(NamedTuple):
+    """A quantity whose numbers look as if they were in another unit."""
+
+    quantity: str
+    question: str
+    unit: str
+    remedy: str
+
+
+def doubts(recording: ImuRecording) -> list[Doubt]:
+    """Return which numbers look like milliseconds, multiples of g and degrees per second."""
+    found: list[Doubt] = []
+    if (step := _usual_step(recording)) >= SELDOM:
+        question = f"usually {step:.4g} s between samples of a gyroscope: is it in milliseconds?"
+        found.append(Doubt("time", question, "ms", "Multiply by 1e-3"))
+    force = recording.accelerometer
+    if force is not None and (there := np.isfinite(force[:, 0])).any():
+        usual = float(np.median(np.linalg.norm(force[there], axis=1)))
+        if IN_G[0] < usual < IN_G[1]:
+            question = f"usually {usual:.3g} m/s², where gravity alone is 9.81: is it in g?"
+            found.append(Doubt("accelerometer", question, "g", "Multiply by 9.80665"))
+    fastest = float(np.quantile(np.linalg.norm(recording.gyroscope, axis=1), 0.99))
+    if fastest > TOO_FAST:
+        question = f"up to {fastest:.3g} rad/s, {fastest / 2 / np.pi:.0f} turns a second: degrees/s?"
+        found.append(Doubt("gyroscope", question, "deg_s", "Multiply by π/180"))
+    return found
+
+
+def _usual_step(recording: ImuRecording) -> float:
+    return float(np.median(np.diff(recording.time))) if recording.size > 1 else 0.0
 
 
 def _store(recording: object, **fields: Any) -> None:

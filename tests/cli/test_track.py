@@ -137,7 +137,7 @@ def test_without_magnetometer_the_heading_of_the_truth_is_turned_to_suit(bingham
         ("t,qw,qx,qy,qz\n0,1,0,0,0\n1,2,0,0,0\n", "line 3, columns qw qx qy qz"),
         ("t,qw,qx,qy,qz\n1,1,0,0,0\n0,1,0,0,0\n", "line 3, column t"),
         ("t,gx,gy,gz\n0,0,0,0\n0,0,0,0\n", "line 3, column t"),
-        ("t,a,b\n0,1,2\n", "line 1: neither gx gy gz nor qw qx qy qz; name the columns so or use --column"),
+        ("t,a,b\n0,1,2\n", "line 1: neither gx gy gz nor qw qx qy qz; name the columns so, or each by --column gx=NAME; the file has: t, a, b"),
         (
             "t,gx,gy,gz\n1700000000000000000,0,0,0\n1700000000005000000,0,0,0\n",
             "line 3, column t: expected seconds, got 1.7e+18; are these nanoseconds? State the unit: --unit time=ns",

@@ -333,7 +333,7 @@ def test_an_absent_extra_names_itself(tmp_path, monkeypatch):
         read_recording(tmp_path / "x.bag")
 
 
-def inertial(tmp_path, *, time=range(5), gyroscope=1.0, accelerometer=9.81):
+def inertial(tmp_path, *, time=(0.0, 0.1, 0.2, 0.3, 0.4), gyroscope=1.0, accelerometer=9.81):
     path = tmp_path / "imu.csv"
     rows = "".join(f"{t},{gyroscope},0,0,0,0,{accelerometer}\n" for t in time)
     path.write_text("t,gx,gy,gz,ax,ay,az\n" + rows)
@@ -357,13 +357,30 @@ def test_nanoseconds_in_a_csv_are_found_and_their_unit_can_be_told(tmp_path):
 @pytest.mark.parametrize(
     ("values", "message"),
     [
-        ({"accelerometer": 1.0}, r"imu\.csv: accelerometer: usually 1 m/s².* is it in g\?"),
-        ({"gyroscope": 250.0}, r"imu\.csv: gyroscope: up to 250 rad/s, 40 turns a second: degrees/s\?"),
+        (
+            {"accelerometer": 1.0},
+            r"imu\.csv: accelerometer: usually 1 m/s².* is it in g\? State the unit: units={'accelerometer': 'g'}",
+        ),
+        (
+            {"gyroscope": 250.0},
+            r"imu\.csv: gyroscope: up to 250 rad/s, 40 turns a second: degrees/s\? State the unit: .*'deg_s'",
+        ),
+        ({"time": range(0, 50, 10)}, r"time: usually 10 s between .*: is it in milliseconds\? State the unit: .*'ms'"),
     ],
 )
 def test_numbers_in_other_units_are_doubted(tmp_path, values, message):
-    with pytest.warns(RecordingWarning, match=message):
+    values = {"gyroscope": 0.1} | values
+    with pytest.warns(RecordingWarning, match=message) as caught:
         read_csv(inertial(tmp_path, **values))
+    assert len(caught) == 1
+
+
+def test_a_motion_that_milliseconds_hide_is_refused(tmp_path):
+    path = inertial(tmp_path, time=range(0, 50, 10), gyroscope=0.5)
+    message = r"line 3, column t: expected less than half a turn.* 10 s with 5 rad.*units=\{'time': 'ms'\}"
+    with pytest.raises(RecordingError, match=message):
+        read_csv(path)
+    assert read_csv(path, units={"time": "ms"}).duration_s == 0.04
 
 
 def test_numbers_in_si_units_are_not_doubted(tmp_path):

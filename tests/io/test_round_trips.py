@@ -225,7 +225,7 @@ def test_csv_leaves_unknown_columns_out_with_a_warning(tmp_path):
 
 def test_csv_quaternion_is_the_reference_beside_a_gyroscope(tmp_path):
     file = tmp_path / "a.csv"
-    file.write_text("t,gx,gy,gz,qw,qx,qy,qz\n0,1,2,3,0.6,0,0.8,0\n1,1,2,3,,,,\n")
+    file.write_text("t,gx,gy,gz,qw,qx,qy,qz\n0,1,2,3,0.6,0,0.8,0\n0.1,1,2,3,,,,\n")
     recording = read_csv(file, earth_frame="NED")
     assert recording.earth_frame == "NED"
     np.testing.assert_array_equal(recording.reference[0], [0.6, 0, 0.8, 0])

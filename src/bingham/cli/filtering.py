@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -100,11 +100,13 @@ def _plain_inertial(recording: ImuRecording) -> Prepared:
 
 def _start(recording: ImuRecording) -> ImuRecording:
     """Return the first samples of a recording, up to one with the accelerometer."""
+    from bingham.recording import amended
+
     known = np.zeros(1) if recording.accelerometer is None else np.isfinite(recording.accelerometer[:, 0])
     count = slice(0, max(WARM_UP_SAMPLES, int(np.argmax(known)) + 1))
     fields = ("time", "gyroscope", "accelerometer", "magnetometer", "reference", "score")
     values = {name: getattr(recording, name) for name in fields}
-    return replace(recording, truth=None, **{k: None if v is None else v[count] for k, v in values.items()})
+    return amended(recording, truth=None, **{k: None if v is None else v[count] for k, v in values.items()})
 
 
 def _orientations(recording: OrientationRecording, options: FilterOptions) -> Prepared:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import inspect
 import warnings
 from collections.abc import Mapping
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -44,9 +43,10 @@ def read(path: Path, format: str | None, given: Mapping[str, Any]) -> ImuRecordi
     InvalidArgumentError
         If an option has no meaning for the format.
     """
-    from bingham.cli.wording import in_options
+    from bingham.cli.wording import in_options, worded
     from bingham.io import detect_format, read_recording
     from bingham.io.detect import READERS
+    from bingham.recording import amended
 
     kind = detect_format(path) if format is None else format
     if kind in READERS:
@@ -59,8 +59,10 @@ def read(path: Path, format: str | None, given: Mapping[str, Any]) -> ImuRecordi
         warnings.simplefilter("always")
         recording = read_recording(path, format=kind, **given)
     for warning in caught:
-        warnings.warn_explicit(warning.message, warning.category, warning.filename, warning.lineno)
-    return replace(recording, name=name_of(path))
+        warnings.warn_explicit(
+            worded(str(warning.message), OPTIONS), warning.category, warning.filename, warning.lineno
+        )
+    return amended(recording, name=name_of(path))
 
 
 def name_of(path: Path) -> str:

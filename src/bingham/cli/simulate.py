@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -69,6 +68,7 @@ def simulate(
     from bingham import io, simulate
     from bingham.cli.filtering import orientation_noise
     from bingham.cli.first_use import announce_compilation
+    from bingham.recording import amended
 
     writers: dict[str, Any] = {".npz": io.write_npz, ".csv": io.write_csv}
     if output.suffix not in writers:
@@ -93,5 +93,5 @@ def simulate(
         raise InvalidArgumentError(
             "--output", "a file in a folder that can be made", f"{output}: {error.strerror}"
         ) from None
-    writers[output.suffix](output, replace(recording, name=output.stem))
+    writers[output.suffix](output, amended(recording, name=output.stem))
     typer.echo(f"{output}: {motion.value}, {recording.size} samples, {recording.duration_s:.1f} s, with truth")

@@ -8,7 +8,7 @@ from contextlib import contextmanager
 
 from bingham.errors import BinghamError
 
-__all__ = ["in_options"]
+__all__ = ["in_options", "worded"]
 
 
 @contextmanager
@@ -23,12 +23,17 @@ def in_options(names: Mapping[str, str]) -> Generator[None]:
     try:
         yield
     except BinghamError as error:
-        text = said = str(error)
-        for argument, option in names.items():
-            said = re.sub(rf"^{argument}: ", f"{option}: ", said)
-            said = re.sub(rf"\b{argument}={{'(\w+)': \.\.\.}}", rf"{option} \1=NAME", said)
-            said = re.sub(rf"\b{argument}={{'(\w+)': '(\w+)'}}", rf"{option} \1=\2", said)
-            said = re.sub(rf"\b{argument}=", option, said)
-        if said == text:
+        said = worded(str(error), names)
+        if said == str(error):
             raise
         raise BinghamError(said) from None
+
+
+def worded(text: str, names: Mapping[str, str]) -> str:
+    """Return a message with options in the place of arguments; `names` as for `in_options`."""
+    for argument, option in names.items():
+        text = re.sub(rf"^{argument}: ", f"{option}: ", text)
+        text = re.sub(rf"\b{argument}={{'(\w+)': \.\.\.}}", rf"{option} \1=NAME", text)
+        text = re.sub(rf"\b{argument}={{'(\w+)': '(\w+)'}}", rf"{option} \1=\2", text)
+        text = re.sub(rf"\b{argument}=", option, text)
+    return text

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from importlib import import_module
 from pathlib import Path
 from typing import Any, TypeVar
@@ -11,13 +11,14 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from bingham.errors import InvalidArgumentError, MissingExtraError, RecordingError
-from bingham.recording import ImuRecording, OrientationRecording, RowError
+from bingham.errors import InvalidArgumentError, MissingExtraError, RecordingError, RecordingWarning
+from bingham.recording import ImuRecording, OrientationRecording, RowError, doubts
 
 __all__ = [
     "Place",
     "RecordingWarning",
     "build",
+    "build_of_units",
     "existing",
     "normalised",
     "note",
@@ -32,17 +33,9 @@ R = TypeVar("R", ImuRecording, OrientationRecording)
 
 # Text files round quaternions to as few as four decimals; a wrong column order is much further off.
 QUATERNION_TOLERANCE = 1e-3
-# A resting accelerometer that reads in g shows 1.
-IN_G = (0.5, 1.5)
-# rad/s; sensors for bodies end at 35 to 70, numbers of moving ones in degrees/s are beyond 100.
-TOO_FAST = 100.0
 # Deviations up to this are float32 rounding and not worth a warning; up to the next, float64 rounding.
 SINGLE_ROUNDING = 1e-6
 DOUBLE_ROUNDING = 1e-12
-
-
-class RecordingWarning(UserWarning):
-    """Something in a recording was put right or left out; the message says what and how much."""
 
 
 def note(message: str) -> None:
@@ -71,28 +64,30 @@ def existing(path: str | Path, *, folder: bool = False) -> Path:
 
 def build(kind: type[R], path: Path, place: Place, **fields: Any) -> R:
     """Make a recording named after its file; what the recording type refuses becomes a `RecordingError`."""
-    arguments: dict[str, Any] = {"name": path.stem} | fields
+    return build_of_units(kind, path, place, fields, units=False)
+
+
+def build_of_units(kind: type[R], path: Path, place: Place, fields: Mapping[str, Any], *, units: bool = True) -> R:
+    """Do the same for a reader with an argument `units`, by which a doubtful unit can be stated."""
+    arguments: dict[str, Any] = {"name": path.stem, **fields}
     try:
-        recording = kind(**arguments)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", RecordingWarning)  # said below, of the file
+            recording = kind(**arguments)
     except RowError as error:
-        raise RecordingError(path, place(error.argument, error.index), error.problem, error.remedy) from None
+        remedy = _state("time", "ms") if units and error.remedy.startswith("milliseconds?") else error.remedy
+        raise RecordingError(path, place(error.argument, error.index), error.problem, remedy) from None
     except InvalidArgumentError as error:
         raise RecordingError(path, "", str(error), "check that the file is complete") from None
     if isinstance(recording, ImuRecording):
-        _doubt_units(path, recording)
+        for doubt in doubts(recording):
+            remedy = _state(doubt.quantity, doubt.unit) if units else doubt.remedy
+            note(f"{path}: {doubt.quantity}: {doubt.question} {remedy}")
     return recording
 
 
-def _doubt_units(path: Path, recording: ImuRecording) -> None:
-    """Warn of numbers that look like g and degrees per second; they are taken as they are."""
-    force = recording.accelerometer
-    if force is not None and (there := np.isfinite(force[:, 0])).any():
-        usual = float(np.median(np.linalg.norm(force[there], axis=1)))
-        if IN_G[0] < usual < IN_G[1]:
-            note(f"{path}: accelerometer: usually {usual:.3g} m/s², where gravity alone is 9.81: is it in g?")
-    fastest = float(np.quantile(np.linalg.norm(recording.gyroscope, axis=1), 0.99))
-    if fastest > TOO_FAST:
-        note(f"{path}: gyroscope: up to {fastest:.3g} rad/s, {fastest / 2 / np.pi:.0f} turns a second: degrees/s?")
+def _state(quantity: str, unit: str) -> str:
+    return f"State the unit: units={{'{quantity}': '{unit}'}}"
 
 
 def damaged(path: Path, kind: str, error: Exception, remedy: str = "copy or download it again") -> RecordingError:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from bingham.errors import InvalidArgumentError, RecordingError
 from bingham.io.atomic import replaced
-from bingham.io.checks import build, normalised
+from bingham.io.checks import build, build_of_units, normalised
 from bingham.io.columns import COLUMNS, group, understand
 from bingham.io.text import TextTable, numbered_lines
 from bingham.recording import LONG_GYROSCOPE_STEP, ImuRecording, OrientationRecording, RowError, as_seconds
@@ -46,7 +46,7 @@ def read_csv(
     Warns
     -----
     RecordingWarning
-        If columns were left out because their names are unknown, or quaternions normalised.
+        If columns were left out because their names are unknown, quaternions normalised, or units are doubtful.
 
     Raises
     ------
@@ -86,7 +86,7 @@ def read_csv(
             raise RecordingError(path, place("score", int(np.argmax(wrong))), "neither 0 nor 1", "correct the cell")
         fields["score"] = score == 1
     if "gyroscope" in fields:
-        return build(ImuRecording, path, place, earth_frame=earth_frame, **fields)
+        return build_of_units(ImuRecording, path, place, {"earth_frame": earth_frame, **fields})
     return build(OrientationRecording, path, place, **fields)
 
 

@@ -5,13 +5,12 @@ Burri et al., "The EuRoC micro aerial vehicle datasets", IJRR 35(10), 2016.
 
 from __future__ import annotations
 
-from dataclasses import replace
 from pathlib import Path
 
 from bingham.errors import RecordingError
 from bingham.io.checks import build, existing, normalised, time_from_nanoseconds
 from bingham.io.text import TextTable, numbered_lines
-from bingham.recording import ImuRecording, OrientationRecording
+from bingham.recording import ImuRecording, OrientationRecording, amended
 
 __all__ = ["read_euroc"]
 
@@ -62,8 +61,8 @@ def _sequence(folder: Path) -> ImuRecording:
             truth = _table(file)
             if not isinstance(truth, OrientationRecording):
                 raise RecordingError(file, "line 1", "no orientations", f"expected {' '.join(ORIENTATION)}")
-            return replace(imu, name=name, truth=truth)
-    return replace(imu, name=name)
+            return amended(imu, name=name, truth=truth)
+    return amended(imu, name=name)
 
 
 def _table(path: Path) -> ImuRecording | OrientationRecording:
