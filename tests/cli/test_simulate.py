@@ -36,6 +36,14 @@ def test_options_reach_the_sensors(bingham, tmp_path):
     ("options", "message"),
     [
         (("-o", "x.txt"), "--output: expected a file ending in .npz or .csv, got x.txt"),
+        (
+            ("--noise", 0.7, "-o", "x.npz"),
+            "--noise: expected --sensor orientation, got an inertial unit; leave the option out",
+        ),
+        (
+            ("--sensor", "orientation", "--bias", 0.1, "-o", "x.npz"),
+            "--bias: expected an inertial unit, got --sensor orientation; leave the option out",
+        ),
         (("--duration", -1, "-o", "x.npz"), "duration_s: expected a positive number, got -1.0"),
         (("--sensor", "orientation", "--noise", 0, "-o", "x.npz"), "--noise: expected a number > 0, rad, got 0.0"),
     ],

@@ -68,12 +68,23 @@ def test_the_command_reads_standard_input(lines, tmp_path):
     result = CliRunner().invoke(app, ["track", "-", "--state", str(state)], input="\n".join([*lines[:90], "what?"]))
     assert result.exit_code == 0, result.stderr
     assert len(result.stdout.splitlines()) == 90
-    assert "90 samples used, 1 lines skipped" in result.stderr
+    assert "90 samples used, 1 line skipped" in result.stderr
     assert state.exists()
     state.write_text("{}")
     result = CliRunner().invoke(app, ["track", "-", "--state", str(state)], input="")
     assert result.exit_code == 2
-    assert "remove the file to start anew" in result.stderr
+    problem = "not a state that this version saved, or damaged; remove the file to start anew"
+    assert result.stderr == f"bingham: {state}: {problem}\n"
+
+
+@pytest.mark.parametrize(
+    ("options", "option"), [(("-o", "out"), "--output"), (("--smooth",), "--smooth"), (("--gate", "0.9"), "--gate")]
+)
+def test_a_stream_takes_no_options_of_files(bingham, tmp_path, options, option):
+    result = bingham("track", "-", *options, "--state", tmp_path / "s")
+    assert (result.exit_code, result.stdout) == (2, "")
+    assert result.stderr.startswith(f"bingham: {option}: expected recordings in files, got - (standard input")
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_smoothing_from_the_command_line(bingham, imu, axes_in_plane, tmp_path):

@@ -137,7 +137,10 @@ def test_without_magnetometer_the_heading_of_the_truth_is_turned_to_suit(bingham
         ("t,qw,qx,qy,qz\n0,1,0,0,0\n1,2,0,0,0\n", "line 3, columns qw qx qy qz"),
         ("t,qw,qx,qy,qz\n1,1,0,0,0\n0,1,0,0,0\n", "line 3, column t"),
         ("t,gx,gy,gz\n0,0,0,0\n0,0,0,0\n", "line 3, column t"),
-        ("t,a,b\n0,1,2\n", "line 1: neither gx gy gz nor qw qx qy qz; name the columns so, or each by --column gx=NAME; the file has: t, a, b"),
+        (
+            "t,a,b\n0,1,2\n",
+            "line 1: neither gx gy gz nor qw qx qy qz; name the columns so, or each by --column gx=NAME; the file",
+        ),
         (
             "t,gx,gy,gz\n1700000000000000000,0,0,0\n1700000000005000000,0,0,0\n",
             "line 3, column t: expected seconds, got 1.7e+18; are these nanoseconds? State the unit: --unit time=ns",
@@ -167,6 +170,8 @@ def test_a_malformed_recording_ends_in_one_line_and_no_output(bingham, imu, tmp_
         (("--topic", "imu=/a"), "--topic: expected a format that has such, got"),
         (("--topic", "a=/a"), "--topic: expected imu=TOPIC or magnetometer=TOPIC, got a"),
         (("--format", "mp3"), "--format: expected one of csv, tum"),
+        (("--measurement-noise", 9), "--measurement-noise: expected a recording of orientations, got inertial ones"),
+        (("--smooth", "--plain"), "--smooth: expected the filter with bias, got --plain; leave one of the two out"),
     ],
 )
 def test_a_wrong_option_is_one_line(bingham, imu, tmp_path, options, message):
@@ -175,6 +180,15 @@ def test_a_wrong_option_is_one_line(bingham, imu, tmp_path, options, message):
     (line,) = result.stderr.splitlines()
     assert line.startswith(f"bingham: {message}")
     assert not (tmp_path / "out").exists()
+
+
+def test_options_without_effect_on_any_recording_are_refused(bingham, imu, axes_in_plane, tmp_path):
+    given = ("--plain", "--gate", 0.99, "--no-figure", "-o", tmp_path / "out")
+    result = bingham("track", axes_in_plane, *given)
+    assert result.exit_code == 2
+    assert result.stderr.startswith("bingham: --plain: expected an inertial recording, got orientations alone")
+    assert not (tmp_path / "out").exists()
+    assert bingham("track", axes_in_plane, imu, *given).exit_code == 0
 
 
 def test_two_recordings_of_one_name_are_refused(bingham, imu, tmp_path):

@@ -74,7 +74,9 @@ def prepare(recording: ImuRecording | OrientationRecording, options: FilterOptio
         return _orientations(recording, options)
     if options.plain or recording.accelerometer is None:
         if options.smooth:
-            raise InvalidArgumentError("--smooth", "a recording with accelerometer, without --plain", recording.name)
+            got = "--plain" if options.plain else f"{recording.name} without one"
+            expected = "the filter with bias" if options.plain else "a recording with an accelerometer"
+            raise InvalidArgumentError("--smooth", expected, got, "leave one of the two out" if options.plain else "")
         return _plain_inertial(recording)
     return _inertial(recording, options.smooth)
 

@@ -47,6 +47,7 @@ def register(app: typer.Typer) -> None:
 
 
 def simulate(
+    context: typer.Context,
     motion: MotionKind = typer.Argument(
         ..., help="A free body turning over again and again, or a spinning top.", show_default=False
     ),
@@ -68,8 +69,14 @@ def simulate(
     from bingham import io, simulate
     from bingham.cli.filtering import orientation_noise
     from bingham.cli.first_use import announce_compilation
+    from bingham.cli.given import given_options, refuse
     from bingham.recording import amended
 
+    given = given_options(context)
+    if sensor is Sensor.imu:
+        refuse(given, ("noise",), "--sensor orientation", "an inertial unit")
+    else:
+        refuse(given, ("bias", "magnetometer"), "an inertial unit", "--sensor orientation")
     writers: dict[str, Any] = {".npz": io.write_npz, ".csv": io.write_csv}
     if output.suffix not in writers:
         raise InvalidArgumentError("--output", "a file ending in .npz or .csv", output.name)

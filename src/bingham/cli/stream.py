@@ -34,7 +34,8 @@ def track_stream(state: Path | None) -> None:
     stream = _open(state)
     with _stoppable():
         answered, garbage = follow(stream, sys.stdin, sys.stdout, sys.stderr, state)
-    sys.stderr.write(f"bingham: {answered} samples used, {garbage} lines skipped\n")
+    samples, lines = ("sample" if answered == 1 else "samples"), ("line" if garbage == 1 else "lines")
+    sys.stderr.write(f"bingham: {answered} {samples} used, {garbage} {lines} skipped\n")
 
 
 def follow(
@@ -109,8 +110,11 @@ def _open(state: Path | None) -> ImuStream:
         return ImuStream()
     try:
         return ImuStream(state=ImuState.from_json(state.read_text(encoding="utf-8")))
-    except (OSError, UnicodeDecodeError, InvalidArgumentError) as error:
-        raise RecordingError(state, "", f"no saved state: {error}", "remove the file to start anew") from None
+    except OSError as error:
+        raise RecordingError(state, "", f"cannot be read: {error.strerror}", "give another --state") from None
+    except (UnicodeDecodeError, InvalidArgumentError):
+        problem = "not a state that this version saved, or damaged"
+        raise RecordingError(state, "", problem, "remove the file to start anew") from None
 
 
 def _save(stream: ImuStream, state: Path) -> None:

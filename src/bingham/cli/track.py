@@ -39,6 +39,10 @@ Examples:
 """
 
 
+# Options without effect on inertial recordings.
+OF_ORIENTATIONS = ("process_noise", "measurement_noise", "gate")
+
+
 class Frame(StrEnum):
     """Axes in which a covariance is given."""
 
@@ -65,6 +69,7 @@ def register(app: typer.Typer) -> None:
 
 
 def track(
+    context: typer.Context,
     recordings: list[Path] = typer.Argument(
         ...,
         metavar="RECORDING",
@@ -117,15 +122,19 @@ def track(
     """
     from bingham.cli.filtering import FilterOptions
     from bingham.cli.first_use import announce_compilation
+    from bingham.cli.given import given_options, refuse
     from bingham.cli.reading import name_of, options
     from bingham.cli.report import print_table
     from bingham.cli.staging import staged
 
-    if str(recordings[0]) == "-":
+    given = given_options(context)
+    if "-" in map(str, recordings):
         from bingham.cli.stream import track_stream
 
-        if len(recordings) > 1 or smooth or plain:
-            raise InvalidArgumentError("RECORDING", "- alone, without --smooth or --plain", "more than that")
+        if len(recordings) > 1:
+            raise InvalidArgumentError("RECORDING", "- alone", " ".join(map(str, recordings)))
+        options_of_files = tuple(given.keys() - {"recordings", "state"})
+        refuse(given, options_of_files, "recordings in files", "- (standard input, which only takes --state)")
         announce_compilation()
         track_stream(state)
         return
@@ -157,6 +166,10 @@ def track(
     announce_compilation()
     with staged(output) as folder:
         rows = [track_one(path, folder, settings, step) for path, step in progress(recordings, 5 if figure else 4)]
+        if not any(row["filter"].startswith("first-order") for row in rows):
+            refuse(given, OF_ORIENTATIONS, "a recording of orientations", "inertial ones alone")
+        elif plain and all(row["filter"].startswith("first-order") for row in rows):
+            refuse(given, ("plain",), "an inertial recording", "orientations alone")
     for row in rows:
         row["files"] = [str(output / name) for name in row["files"]]
     if as_json:
