@@ -26,7 +26,10 @@ def test_json_contract(tmp_path):
 
 def test_the_table_is_printed_and_stored_runs_are_used(tmp_path, monkeypatch):
     arguments = ["reproduce", "kurz2013", "--runs", "3", "--no-figures", "-o", str(tmp_path)]
-    assert "scalar_kalman" in run(app, arguments).stdout
+    said = run(app, arguments).stdout
+    assert "scalar_kalman" in said
+    assert " 60000 " in said
+    assert "wins: number of runs" in said
     monkeypatch.setattr("bingham.studies.kurz2013.simulate", None)
     (stored,) = (tmp_path / "runs").glob("*/*.npz")
     before = stored.stat().st_mtime_ns

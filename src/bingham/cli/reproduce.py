@@ -13,6 +13,14 @@ if TYPE_CHECKING:
 
 __all__ = ["register"]
 
+# What the names of the metrics do not say themselves.
+MEANINGS = {
+    "coverage_95": "share of the true values within the filter's 95 % region",
+    "kl": "Kullback–Leibler divergence between the approximation and the true law, nat",
+    "us_per_step": "microseconds for one step of prediction and update",
+    "wins": "number of runs in which the filter has the smaller error",
+}
+
 
 def register(app: typer.Typer) -> None:
     """Add the command to the application."""
@@ -160,10 +168,17 @@ def _print_table(result: StudyResult) -> None:
     for name in ("value", "± s.e.", "paper"):
         table.add_column(name, justify="right", no_wrap=True)
     for row in result.table:
-        stderr = "" if row.stderr is None else f"{row.stderr:.2g}"
-        paper = "" if row.paper is None else f"{row.paper:.4g}"
-        table.add_row(row.case, row.filter, row.metric, f"{row.value:.4g}", stderr, paper)
+        stderr = "" if row.stderr is None else _number(row.stderr, 2)
+        paper = "" if row.paper is None else _number(row.paper, 4)
+        table.add_row(row.case, row.filter, row.metric, _number(row.value, 4), stderr, paper)
     console = Console()
     # Lines that wrap badly in a narrow pipe are worse than long ones.
     console.width = console.width if console.is_terminal else 130
     console.print(table)
+    for metric in sorted({row.metric for row in result.table} & set(MEANINGS)):
+        console.print(f"{metric}: {MEANINGS[metric]}", style="dim", highlight=False)
+
+
+def _number(x: float, digits: int) -> str:
+    """Return x with so many significant digits, or as a whole number where that has more."""
+    return f"{x:.0f}" if abs(x) >= 10.0 ** (digits - 1) else f"{x:.{digits}g}"

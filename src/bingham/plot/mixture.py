@@ -23,6 +23,7 @@ FloatArray = NDArray[np.float64]
 # Okabe & Ito's palette, repeated beyond eight components.
 COMPONENT_COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#7A5195", "#8C564B")
 POINTS = 3000
+FAR = 0.3  # opacity of a star behind the sphere
 
 
 def colour(k: int) -> str:
@@ -53,7 +54,7 @@ def plot_mixture(x: FloatArray, mixture: BinghamMixture, *, names: Sequence[str]
     if draw is None:
         raise InvalidArgumentError("mixture", "dimension 2, 3 or 4, which paper can show", mixture.dim)
     keep = np.linspace(0, len(x) - 1, min(len(x), POINTS)).astype(int)
-    figure = new_figure(5.5 if mixture.dim == 2 else 9.5, 5.6 if mixture.dim != 4 else 4.6)
+    figure = new_figure(5.5 if mixture.dim == 2 else 9.5, 5.6 if mixture.dim != 4 else 4.0)
     draw(figure, x[keep], mixture.predict(x[keep]), mixture, tuple(name.lower() for name in names))
     for k in range(mixture.size):
         figure.axes[0].plot([], [], "o", color=colour(k), ms=5, label=f"{k + 1}: {mixture.weights[k]:.1%}")
@@ -111,9 +112,11 @@ def _draw_rotations(figure: Any, x: FloatArray, label: Any, mixture: BinghamMixt
         for side, strength in ((~front, 0.12), (front, 0.6)):
             axes.scatter(u[side], v[side], s=4, c=shades[side], lw=0, alpha=strength)
         for k, mode in enumerate(mixture.components.mode):
-            a, b, _ = project(rotate(mode, tip))
-            axes.plot(a, b, "*", color=colour(k), mec=INK, ms=11)
+            a, b, near = project(rotate(mode, tip))
+            axes.plot(a, b, "*", color=colour(k), mec=INK, ms=11, alpha=1.0 if near else FAR, zorder=3 if near else 1)
+        axes.set_ylim(-1.27, 1.38)
         axes.set_title(f"where the rotations carry the body's {name} axis", fontsize=9)
+    panels[1].text(0.0, -1.2, "stars: modes, pale on the far side", ha="center", va="center", fontsize=8, color=INK)
 
 
 def _draw_plane(figure: Any, x: FloatArray, label: Any, mixture: BinghamMixture, names: tuple[str, ...]) -> None:

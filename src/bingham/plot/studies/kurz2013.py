@@ -45,14 +45,15 @@ def _example(result: StudyResult) -> Figure:
 
 
 def _scatter(result: StudyResult) -> Figure:
-    figure, axes = new_figure(7.4, 3.8, 1, 2, sharey=True)
+    figure, axes = new_figure(7.4, 3.9, 1, 2)
     x = result.curves["rmse/bingham"]
     for ax, other in zip(axes, ("scalar_kalman", "wrapped_normal"), strict=True):
         y = result.curves[f"rmse/{other}"]
-        top, low = 1.02 * max(x.max(), y.max()), min(0.05, 0.98 * min(x.min(), y.min()))
-        ax.plot(y, x, ".", ms=3, color=COLORS[other], alpha=0.6)
+        top = 1.05 * max(x.max(), y.max())
         ax.plot([0, top], [0, top], color="black", lw=0.8)
-        ax.set(xlabel=f"RMSE of {LABELS[other]} [rad]", xlim=(low, top), ylim=(low, 1.02 * x.max()))
+        ax.plot(y, x, ".", ms=4, color=COLORS[other], alpha=0.6)
+        ax.set(xlabel=f"RMSE of {LABELS[other]} [rad]", xlim=(0, top), ylim=(0, top), aspect="equal")
+        ax.locator_params(nbins=5)
         ax.set(title=f"Bingham better in {100 * np.mean(x < y):.1f} % of {x.size} runs")
         ax.title.set_fontsize(9)
     axes[0].set(ylabel="RMSE of Bingham filter [rad]")
