@@ -1,3 +1,5 @@
+import itertools
+
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
@@ -10,6 +12,7 @@ from bingham.plot.planar_track import plot_planar_track
 from bingham.plot.sphere import project
 from bingham.plot.style import stride, unbroken
 from bingham.plot.track import _half_widths, _yaw_pitch_roll, plot_track
+from bingham.plot.tuning import plot_profiles
 
 
 def test_equal_area_keeps_areas_and_directions():
@@ -143,3 +146,19 @@ def test_an_unknown_heading_is_told_in_words():
         assert not inclination.texts
         assert heading.get_title(loc="left") == "no magnetometer"
         assert truth is None or legend(heading) == ["error"]
+
+
+def test_profiles_show_the_interval_and_legible_ticks():
+    narrow, wide = np.exp(0.009 * np.linspace(-4, 4, 13)), np.exp(0.7 * np.linspace(-4, 4, 13))
+    drop = -0.5 * np.linspace(-4, 4, 13) ** 2
+    profiles = {"accelerometer": (2e-3 * narrow, drop), "gyroscope": (2e-4 * wide, drop - 1e4)}
+    figure = plot_profiles(profiles, units=dict.fromkeys(profiles, "unit"))
+    figure.canvas.draw()
+    for axes, (values, _) in zip(figure.axes, profiles.values(), strict=True):
+        bottom, top = axes.get_ylim()
+        assert bottom == pytest.approx(-10) and 0 < top < 1
+        left, right = axes.get_xlim()
+        assert left < values[0] and right > values[-1]
+        boxes = [label.get_window_extent() for label in axes.get_xticklabels() if label.get_text()]
+        assert len(boxes) > 2
+        assert not any(a.overlaps(b) for a, b in itertools.pairwise(boxes))
