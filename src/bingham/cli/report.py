@@ -132,7 +132,7 @@ def print_table(rows: Sequence[dict[str, Any]]) -> None:
         console.print("Errors: root mean square against the recording's ground truth.", style="dim")
     if doubtful := [row["recording"] for row in rows if _noise_in_doubt(row)]:
         names = ", ".join(doubtful)
-        note = f"Over 10 % rejected: {names}. Larger --measurement-noise or --process-noise? `bingham tune` finds them."
+        note = f"Over 10 % rejected: {names}. Larger --measurement-noise or --process-noise? --gate 1 refuses none."
         console.print(note, highlight=False)
     if turned := [row["recording"] for row in rows if "heading_offset_rad" in row]:
         note = f"No magnetometer: truth turned about the vertical by one angle to suit: {', '.join(turned)}."
