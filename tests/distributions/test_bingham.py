@@ -224,3 +224,15 @@ def test_order_of_entries_is_free():
 def test_bad_input_is_named(call, message):
     with pytest.raises(InvalidArgumentError, match=message):
         call()
+
+
+@pytest.mark.parametrize("size", [2.5, -1, (2, -3), "3", (1.5, 2)])
+def test_sizes_of_samples_are_whole_numbers(size):
+    with pytest.raises(InvalidArgumentError, match="size: expected an integer ≥ 0 or a tuple of them, got"):
+        Bingham.uniform(4).rvs(size)
+
+
+def test_shapes_of_samples():
+    law = Bingham.uniform(4)
+    for size, shape in ((None, (4,)), (np.int64(3), (3, 4)), ((), (4,)), ((2, 0), (2, 0, 4)), (0, (0, 4))):
+        assert law.rvs(size, rng=0).shape == shape

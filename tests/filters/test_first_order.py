@@ -318,3 +318,11 @@ def test_a_rate_that_is_not_finite_is_named_by_its_row():
     f = BinghamFilter(Gyroscope(0.1), NOISE[4][1])
     with pytest.raises(InvalidArgumentError, match="at row 3"):
         f.run(PRIOR[4], simulate(4, 5)[1], controls=rate, times=np.arange(5.0))
+
+
+def test_prior_and_measurements_are_not_exchanged():
+    f = BinghamFilter(Diffusion(0.1), Bingham.from_covariance([1.0, 0, 0, 0], 0.01 * np.eye(3), frame="body"))
+    with pytest.raises(
+        InvalidArgumentError, match="prior: expected a Bingham law, got ndarray; the prior comes before"
+    ):
+        f.run(np.array([[1.0, 0, 0, 0]]), Bingham.uniform(4), times=[0.0])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from operator import index
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple, NoReturn, Self
 
 import numpy as np
@@ -290,7 +291,12 @@ class Bingham:
             Passed to ``numpy.random.default_rng``; the same seed gives the same samples.
         """
         generator = np.random.default_rng(rng)
-        dims = () if size is None else (size,) if isinstance(size, int) else tuple(size)
+        try:
+            dims = () if size is None else tuple(map(index, np.atleast_1d(size)))
+        except TypeError:
+            dims = (-1,)
+        if min(dims, default=0) < 0:
+            raise InvalidArgumentError("size", "an integer ≥ 0 or a tuple of them", repr(size))
         count = int(np.prod(dims, dtype=np.int64))
         z, rows = self._z.reshape(-1, self.dim), np.swapaxes(self._M, -1, -2).reshape(-1, self.dim, self.dim)
         out = np.empty((len(z), count, self.dim))

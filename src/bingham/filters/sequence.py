@@ -104,6 +104,8 @@ def run_conjugate(
     """Body of `BinghamFilter.run`."""
     if keep not in ("all", "last"):
         raise InvalidArgumentError("keep", "'all' or 'last'", repr(keep))
+    if not isinstance(prior, Bingham):
+        raise InvalidArgumentError("prior", "a Bingham law", type(prior).__name__, "the prior comes before the rows")
     d = motion.dim
     y = _unit_or_missing(measurements, d, "measurements")
     batched = y.ndim == 3
