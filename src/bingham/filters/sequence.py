@@ -67,16 +67,17 @@ def _unit_or_missing(x: ArrayLike | Rotation, d: int, name: str) -> FloatArray:
     a = np.array(x, dtype=np.float64)
     if a.ndim not in (2, 3) or a.shape[-1] != d:
         raise InvalidArgumentError(name, f"shape (T, {d}) or (B, T, {d})", a.shape)
-    norm = np.linalg.norm(a, axis=-1)
-    missing = np.isnan(a).all(axis=-1)
-    wrong = np.flatnonzero((np.isnan(norm) & ~missing).ravel())
+    norm = np.sqrt(np.einsum("...i,...i->...", a, a))
+    missing = np.isnan(norm)
+    wrong = np.flatnonzero(missing.ravel())
+    wrong = wrong[~np.isnan(a.reshape(-1, d)[wrong]).all(axis=-1)]
     if wrong.size:
         i = int(wrong[0])
         got = f"{a.reshape(-1, d)[i].tolist()} at row {i}"
         raise InvalidArgumentError(
             name, "unit vectors, or all NaN where missing", got, "drop the row, or blank all of it"
         )
-    wrong = np.flatnonzero((np.abs(norm - 1.0) > UNIT_TOLERANCE).ravel() & ~missing.ravel())
+    wrong = np.flatnonzero(np.abs(norm - 1.0).ravel() > UNIT_TOLERANCE)
     if wrong.size:
         i = int(wrong[0])
         raise InvalidArgumentError(
@@ -86,7 +87,6 @@ def _unit_or_missing(x: ArrayLike | Rotation, d: int, name: str) -> FloatArray:
             "normalise them first if that is meant",
         )
     a /= norm[..., None]
-    a[missing] = np.nan
     return a
 
 

@@ -14,6 +14,8 @@ __all__ = ["by_rows"]
 
 # Less work is done before a second thread has started.
 WORTH_THREADS_US = 400.0
+# Parts for each thread: whichever is free takes the next, so that a core that is slowed down holds nobody up.
+PARTS = 4
 
 
 def by_rows(kernel: Callable[..., Any], *arrays: NDArray[Any], row_us: float) -> list[tuple[int, Any]]:
@@ -26,7 +28,8 @@ def by_rows(kernel: Callable[..., Any], *arrays: NDArray[Any], row_us: float) ->
     threads = min(numba.get_num_threads(), n)
     if threads <= 1 or n * row_us < WORTH_THREADS_US:
         return [(0, kernel(*arrays))]
-    starts = [n * i // threads for i in range(threads + 1)]
+    count = min(PARTS * threads, n)
+    starts = [n * i // count for i in range(count + 1)]
     parts = [slice(a, b) for a, b in pairwise(starts)]
     with ThreadPoolExecutor(threads) as pool:
         results = pool.map(lambda rows: kernel(*(a[rows] for a in arrays)), parts)
