@@ -5,7 +5,7 @@ import pytest
 
 from bingham import Bingham, BinghamFilter, Gate, Gyroscope, HeadingSensor, InvalidArgumentError, VectorSensor
 from bingham.filters.smoother import smooth_fixed_interval
-from bingham.filters.stepwise import run_steps
+from bingham.filters.stepwise import run_rows
 from bingham.metrics import geodesic_error
 from bingham.rotations import compose, conjugate, from_rotation_vector, rotate
 
@@ -77,7 +77,7 @@ def test_rows_and_the_compiled_loop_agree(d):
     y[20:25] = np.nan
     times = np.arange(60.0)
     compiled = f.run(Bingham.uniform(d), y, times=times)
-    rows = run_steps(f, Bingham.uniform(d), y, None, times, None, "all")
+    rows = run_rows(f, Bingham.uniform(d), y, None, times, None, "all")
     assert 0 < np.sum(compiled.decision == 0) < 30
     np.testing.assert_array_equal(rows.decision, compiled.decision)
     np.testing.assert_allclose(rows.concentrations, compiled.concentrations, rtol=1e-9, atol=1e-12)

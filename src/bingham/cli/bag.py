@@ -19,8 +19,6 @@ __all__ = ["bag_name", "check_bags", "world_covariance", "write_bag"]
 
 FloatArray = NDArray[np.float64]
 
-UNIFORM_VARIANCE = np.pi**2 / 3.0  # of an angle uniform on the circle, rad²
-
 
 def bag_name(path: Path) -> str:
     """Return what the copy of a bag is called: a file for ROS 1, a folder for ROS 2."""
@@ -80,6 +78,7 @@ def world_covariance(result: Result) -> FloatArray:
 
     Where a law has no one mode (a girdle: heading unknown; uniform), its covariance about the orientation stated.
     """
+    from bingham.filters.imu_track import UNIFORM_VARIANCE
     from bingham.filters.tangent import covariance_of_law
 
     assert result.covariance is not None  # bags hold rotations

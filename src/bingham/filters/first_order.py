@@ -14,7 +14,7 @@ from bingham.errors import InvalidArgumentError
 from bingham.filters.gate import Gate
 from bingham.filters.protocol import UpdateInfo
 from bingham.filters.sequence import run_conjugate
-from bingham.filters.stepwise import run_steps
+from bingham.filters.stepwise import run_rows
 from bingham.filters.track import Track
 from bingham.models.motion import Diffusion, Gyroscope, MotionModel, NoisyIdentity
 from bingham.models.sensors import OrientationSensor, Sensor, condition
@@ -154,10 +154,16 @@ class BinghamFilter:
         Track
             Continue from ``track.final`` (and ``start_time=times[-1]``) to get the identical track of an unbroken run.
         """
+        if keep not in ("all", "last"):
+            raise InvalidArgumentError("keep", "'all' or 'last'", repr(keep))
+        if not isinstance(prior, Bingham):
+            raise InvalidArgumentError(
+                "prior", "a Bingham law", type(prior).__name__, "the prior comes before the rows"
+            )
         if isinstance(self.sensor, OrientationSensor) and isinstance(
             self.motion, (NoisyIdentity, Diffusion, Gyroscope)
         ):
             return run_conjugate(
                 self.motion, self.sensor, self.gate, prior, measurements, controls, times, start_time, keep
             )
-        return run_steps(self, prior, measurements, controls, times, start_time, keep)
+        return run_rows(self, prior, measurements, controls, times, start_time, keep)

@@ -45,13 +45,12 @@ def time_steps(times: ArrayLike, start_time: float | None, count: int) -> FloatA
 
 def sequence_steps(motion: MotionModel, times: ArrayLike | None, start_time: float | None, length: int) -> FloatArray:
     """Return the seconds (T,) before each measurement, ones without times; refuse times that the motion cannot use."""
-    per_step = isinstance(motion, NoisyIdentity)
     if times is None:
         if isinstance(motion, (Diffusion, Gyroscope)):
             raise InvalidArgumentError("times", "seconds of each measurement, for motion in continuous time", None)
         return np.ones(length)
     steps = time_steps(times, start_time, length)
-    if per_step and length > 2 and np.ptp(steps[1:]) > 1e-3 * steps[-1]:
+    if isinstance(motion, NoisyIdentity) and length > 2 and np.ptp(steps[1:]) > 1e-3 * steps[-1]:
         raise InvalidArgumentError(
             "times",
             "regular times for a noise given once per step",
@@ -102,10 +101,6 @@ def run_conjugate(
     keep: Literal["all", "last"],
 ) -> Track:
     """Body of `BinghamFilter.run`."""
-    if keep not in ("all", "last"):
-        raise InvalidArgumentError("keep", "'all' or 'last'", repr(keep))
-    if not isinstance(prior, Bingham):
-        raise InvalidArgumentError("prior", "a Bingham law", type(prior).__name__, "the prior comes before the rows")
     d = motion.dim
     y = _unit_or_missing(measurements, d, "measurements")
     batched = y.ndim == 3

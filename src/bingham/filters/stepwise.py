@@ -16,12 +16,12 @@ from bingham.filters.track import Track
 if TYPE_CHECKING:
     from bingham.filters.first_order import BinghamFilter
 
-__all__ = ["run_steps"]
+__all__ = ["run_rows"]
 
 FloatArray = NDArray[np.float64]
 
 
-def run_steps(
+def run_rows(
     bingham_filter: BinghamFilter,
     prior: Bingham,
     measurements: ArrayLike | Rotation,
@@ -31,8 +31,6 @@ def run_steps(
     keep: Literal["all", "last"],
 ) -> Track:
     """Body of `BinghamFilter.run` for sensors and motions without a compiled loop."""
-    if keep not in ("all", "last"):
-        raise InvalidArgumentError("keep", "'all' or 'last'", repr(keep))
     z, missing = _rows(measurements, "measurements")
     length, d = len(z), prior.dim
     if prior.shape:
