@@ -91,17 +91,42 @@ def test_out_of_sight_is_the_other_half():
     assert np.abs(lower.T @ lower / len(lower) - DARK.moment()).max() > 0.01
 
 
-def test_the_first_order_filter_has_the_papers_likelihood_of_raw_observations():
-    # Two frames: B_v · (f(y'|x') ∘ f(y|x)⁻¹), the laws of x written out; the turned noise is the same law.
+def _two_frames(hidden):
+    """Return a flight of two frames that show the logo, the later one without it if ``hidden``."""
     flight, _ = simulate_flight(5, LOGO_NOISES[0], generator(0, 5))
     seen = ~np.isnan(flight["seen"]).any(axis=(1, 2))
     first = int(np.flatnonzero(seen[:-1] & seen[1:])[0])
-    two = {"orientation": flight["orientation"][:2], "spin": flight["spin"], "seen": flight["seen"][first : first + 2]}
-    before, now = (LOGO.inverse().rotate(left=pair[0]) for pair in two["seen"])
+    pair = flight["seen"][first : first + 2].copy()
+    if hidden:
+        pair[1] = np.nan
+    return {"orientation": flight["orientation"][:2], "spin": flight["spin"], "seen": pair}
+
+
+@pytest.mark.parametrize("hidden", [False, True])
+def test_the_fair_first_order_filter_has_the_papers_likelihood_of_raw_observations(hidden):
+    # Two frames: B_v · (f(y'|x') ∘ f(y|x)⁻¹), the laws of x written out; the turned noise is the same law.
+    two = _two_frames(hidden)
+    before = LOGO.inverse().rotate(left=two["seen"][0, 0])
+    now = DARK.inverse().rotate(left=BACK) if hidden else LOGO.inverse().rotate(left=two["seen"][1, 0])
     prior = PROCESS.compose(PROCESS.compose(SPIN_PRIOR))
     both = [prior.multiply(now.rotate(right=turn).compose(before.inverse())) for turn in ([1.0, 0, 0, 0], HALF_TURN)]
-    errors = [2.0 * geodesic_error(law.mode, flight["spin"]) for law in both]
-    found = run_filters(two, 5, SPIN_TYPES, ["bingham_first_order"])["spin_error/bingham_first_order"]
+    errors = [2.0 * geodesic_error(law.mode, two["spin"]) for law in both]
+    name = "bingham_first_order_fair"
+    found = run_filters(two, 5, SPIN_TYPES, [name])[f"spin_error/{name}"]
+    assert min(abs(found[1] - error) for error in errors) < 1e-9
+
+
+@pytest.mark.parametrize("hidden", [False, True])
+def test_the_published_first_order_filter_has_fixed_noise(hidden):
+    # f(y|v) ∝ B(v; Λ, V⁻¹ ∘ y), §4, y the difference of two observations and Λ that of two noises.
+    two = _two_frames(hidden)
+    later = np.atleast_2d(BACK) if hidden else two["seen"][1]
+    noise = (DARK if hidden else LOGO).compose(LOGO.inverse())
+    prior = PROCESS.compose(PROCESS.compose(SPIN_PRIOR))
+    laws = [prior.multiply(noise.inverse().rotate(right=y)) for y in compose(later, conjugate(two["seen"][0, 0]))]
+    errors = [2.0 * geodesic_error(law.mode, two["spin"]) for law in laws]
+    name = "bingham_first_order"
+    found = run_filters(two, 5, SPIN_TYPES, [name])[f"spin_error/{name}"]
     assert min(abs(found[1] - error) for error in errors) < 1e-9
 
 
@@ -116,16 +141,18 @@ def test_spins_are_found_and_classified():
     assert second < kalman < found["spin_error/random_guess"].mean()
 
 
-def test_the_papers_order_appears_at_the_noise_the_filters_assume():
-    names = ("bingham_second_order", "bingham_first_order", "ekf_first_order")
+@pytest.mark.parametrize(("level", "flights"), [(DEFAULT, 146), (ASSUMED, 36)])
+def test_the_papers_order_appears(level, flights):
+    names = ("bingham_second_order", "bingham_first_order", "ekf_first_order", "ekf_second_order")
     right, error = (dict.fromkeys(names, 0.0) for _ in range(2))
-    for run in range(36):
+    for run in range(flights):
         kind = run % len(SPIN_TYPES)
-        flight, _ = simulate_flight(kind, LOGO_NOISES[ASSUMED], generator(1, run))
+        flight, _ = simulate_flight(kind, LOGO_NOISES[level], generator(1, level, run))
         found = run_filters(flight, kind, SPIN_TYPES, names)
         for name in names:
-            right[name] += found[f"correct/{name}"][:30].mean() / 36
-            error[name] += found[f"spin_error/{name}"][:30].mean() / 36
-    second, first, kalman = names
-    assert right[second] > right[first] > right[kalman]
-    assert error[second] < error[first] < error[kalman]
+            right[name] += found[f"correct/{name}"][:30].mean() / flights
+            error[name] += found[f"spin_error/{name}"][:30].mean() / flights
+    second, *firsts, last = names
+    for first in firsts:
+        assert right[second] > right[first] > right[last]
+        assert error[second] < error[first] < error[last]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from itertools import pairwise
 from typing import Any
 
@@ -46,10 +46,22 @@ FILTERS = (
     "bingham_oracle",
     "bingham_bank",
     "bingham_first_order",
+    "bingham_first_order_fair",
     "ekf_first_order",
+    "ekf_first_order_fair",
     "ekf_second_order",
     "ekf_second_order_fair",
 )
+
+
+def _turn_noise(one: Bingham, other: Bingham) -> Bingham:
+    """Return the law of e* ⊗ e' on the axes both laws have, the identity last: it is one of the modes of a girdle."""
+    z = np.einsum("ij,ij->j", FRAME, one.inverse().compose(other).matrix @ FRAME)
+    return _law(*np.minimum(z[:3] - z[3], 0.0))
+
+
+# Noise of the turn between two observations, by how many of them are out of sight.
+TURN_NOISE = (_turn_noise(LOGO, LOGO), _turn_noise(LOGO, DARK), _turn_noise(DARK, DARK))
 
 
 def run_filters(flight: Arrays, kind: int, types: FloatArray, names: Sequence[str]) -> Arrays:
@@ -87,32 +99,31 @@ def _around(types: FloatArray) -> list[Bingham]:
     return [INFORMED.rotate(left=s) for s in types]
 
 
-def _neighbours(seen: FloatArray) -> list[tuple[FloatArray, FloatArray] | None]:
-    """Return, frame by frame, one interpretation (4,) of the frame before and both (2, 4) of this one, where seen."""
-    out: list[tuple[FloatArray, FloatArray] | None] = [None]
-    for before, now in pairwise(seen):
-        missing = np.isnan(before).any() or np.isnan(now).any()
-        out.append(None if missing else (before[0], now))
-    return out
+def _turns(seen: FloatArray, turning: bool) -> Iterator[tuple[FloatArray, Bingham] | None]:
+    """Yield, frame by frame, the turns (k, 4) between neighbouring observations and the law of their noise; None first.
 
-
-def _first_order(seen: FloatArray, kind: int, types: FloatArray) -> Found:
-    """Track the spin alone: the likelihood of §4 with the raw observation before in place of the filtered orientation.
-
-    y = x ⊗ e and y' = v ⊗ x ⊗ e' make y' ⊗ y* = v ⊗ y ⊗ (e* ⊗ e') ⊗ y*: the noise turns with the logo.
+    Every frame is an observation, out of sight that of the back. With y = x ⊗ e and y' = v ⊗ x ⊗ e',
+    y' ⊗ y* = v ⊗ n, n = y ⊗ (e* ⊗ e') ⊗ y*: if ``turning``, n has this law, else a fixed one, as published.
     """
-    noise = LOGO.inverse().compose(LOGO)
+    yield None
+    for before, now in pairwise(seen):
+        dark, dark_now = (bool(np.isnan(z).any()) for z in (before, now))
+        y = BACK if dark else before[0]
+        noise = TURN_NOISE[dark + dark_now]
+        turns = compose(np.atleast_2d(BACK) if dark_now else now, conjugate(y))
+        yield turns, noise.rotate(left=y, right=conjugate(y)) if turning else noise
+
+
+def _first_order(seen: FloatArray, types: FloatArray, fair: bool) -> Found:
+    """Track the spin alone by the first-order filter of §4: with the fair noise, F(C(v)) of raw observations."""
     state = SPIN_PRIOR
     spins, chosen = np.empty((len(seen), 4)), np.empty(len(seen), dtype=np.intp)
-    for n, pair in enumerate(_neighbours(seen)):
-        if pair is None:
-            state = BinghamFilter(PROCESS, noise, noise_side="right").predict(state)
-        else:
-            y, now = pair
-            turned = noise.rotate(left=y, right=conjugate(y))
-            spin_filter = BinghamFilter(PROCESS, turned, noise_side="right")
-            state = spin_filter.predict(state)
-            updates = (spin_filter.update(state, z) for z in compose(now, conjugate(y)))
+    for n, observed in enumerate(_turns(seen, fair)):
+        state = BinghamFilter(PROCESS, LOGO).predict(state)
+        if observed is not None:
+            turns, noise = observed
+            spin_filter = BinghamFilter(PROCESS, noise, noise_side="right" if fair else "left")
+            updates = (spin_filter.update(state, z) for z in turns)
             state, _ = max(updates, key=lambda r: r[1].log_evidence)
         spins[n], chosen[n] = state.mode, classify_spin(state, types)[0]
     return None, spins, chosen
@@ -125,16 +136,18 @@ def _classify_gaussian(state: GaussianState, types: FloatArray) -> int:
     return int(np.argmin(np.einsum("ki,ki->k", e, np.linalg.solve(state.covariance, e.T).T)))
 
 
-def _ekf_first_order(seen: FloatArray, kind: int, types: FloatArray) -> Found:
-    process, noise = (to_gaussian(law).covariance for law in (PROCESS, LOGO.compose(LOGO.inverse())))
-    kalman = QuaternionEkf(process, noise)
+def _ekf_first_order(seen: FloatArray, types: FloatArray, fair: bool) -> Found:
+    process, logo = (to_gaussian(law).covariance for law in (PROCESS, LOGO))
+    kalman = QuaternionEkf(process, logo, noise_side="right" if fair else "left", rotate_noise=fair)
     state = GaussianState(*to_gaussian(SPIN_PRIOR))
     spins, chosen = np.empty((len(seen), 4)), np.empty(len(seen), dtype=np.intp)
-    for n, pair in enumerate(_neighbours(seen)):
+    for n, observed in enumerate(_turns(seen, fair)):
         state = kalman.predict(state)
-        if pair is not None:
-            turns = compose(pair[1], conjugate(pair[0]))
-            state, _ = max((kalman.update(state, z) for z in turns), key=lambda r: float(r[1].log_evidence))
+        if observed is not None:
+            turns, noise = observed
+            covariance = to_gaussian(noise).covariance
+            updates = (kalman.update(state, z, covariance) for z in turns)
+            state, _ = max(updates, key=lambda r: float(r[1].log_evidence))
         spins[n], chosen[n] = state.mode, _classify_gaussian(state, types)
     return None, spins, chosen
 
@@ -161,8 +174,10 @@ RUNNERS: dict[str, Any] = {
     "bingham_second_order": lambda seen, kind, types: _second_order(seen, [SPIN_PRIOR], types),
     "bingham_oracle": lambda seen, kind, types: _second_order(seen, [_around(types)[kind]], types),
     "bingham_bank": lambda seen, kind, types: _second_order(seen, _around(types), types),
-    "bingham_first_order": _first_order,
-    "ekf_first_order": _ekf_first_order,
+    "bingham_first_order": lambda seen, kind, types: _first_order(seen, types, False),
+    "bingham_first_order_fair": lambda seen, kind, types: _first_order(seen, types, True),
+    "ekf_first_order": lambda seen, kind, types: _ekf_first_order(seen, types, False),
+    "ekf_first_order_fair": lambda seen, kind, types: _ekf_first_order(seen, types, True),
     "ekf_second_order": lambda seen, kind, types: _ekf_second_order(seen, types, False),
     "ekf_second_order_fair": lambda seen, kind, types: _ekf_second_order(seen, types, True),
 }

@@ -21,6 +21,8 @@ NAMES = (
     "bingham_bank",
     "bingham_first_order",
     "ekf_first_order",
+    "bingham_first_order_fair",
+    "ekf_first_order_fair",
     "ekf_second_order",
     "random_guess",
 )
@@ -29,7 +31,13 @@ PANELS = (
     ("spin_error", "spin error [°/frame]"),
     ("correct", "classified right [%]"),
 )
-STYLES = {"bingham_oracle": ":", "bingham_bank": "--", "random_guess": "--"}
+STYLES = {
+    "bingham_oracle": ":",
+    "bingham_bank": "--",
+    "bingham_first_order_fair": (0, (1, 1)),
+    "ekf_first_order_fair": (0, (1, 1)),
+    "random_guess": "--",
+}
 
 
 def draw(result: StudyResult) -> dict[str, Figure]:
