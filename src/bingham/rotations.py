@@ -84,15 +84,55 @@ def unit_rows(x: ArrayLike | Rotation, d: int | None, name: str) -> FloatArray:
     if not np.all(off <= UNIT_TOLERANCE):
         worst = int(np.argmax(np.where(np.isnan(off), np.inf, off)))
         length = float(norm.flat[worst])
-        where = ", ".join(str(int(i)) for i in np.unravel_index(worst, norm.shape[:-1]))
         unknown = math.isnan(length)
         raise InvalidArgumentError(
             name,
             f"unit vectors within {UNIT_TOLERANCE:g}",
-            ("NaN" if unknown else f"length {length:.9g}") + (f" at row {where}" if where else ""),
+            ("NaN" if unknown else f"length {length:.9g}") + _at_row(worst, norm.shape[:-1]),
             "drop rows of NaN first" if unknown else "normalise them first if that is meant",
         )
     return a / norm
+
+
+def unit_or_missing(x: ArrayLike | Rotation, d: int, name: str) -> FloatArray:
+    """Return x (..., d), as `unit_rows`, where rows may be NaN throughout: missing measurements."""
+    if isinstance(x, Rotation):
+        x = x.as_quat(scalar_first=True)
+    a = np.array(x, dtype=np.float64)
+    if a.shape[-1:] != (d,):
+        raise InvalidArgumentError(name, f"shape (..., {d})", a.shape)
+    missing_rows(a, name)
+    norm = np.sqrt(np.einsum("...i,...i->...", a, a))
+    wrong = np.flatnonzero(np.abs(norm - 1.0).ravel() > UNIT_TOLERANCE)
+    if wrong.size:
+        raise InvalidArgumentError(
+            name,
+            f"unit vectors within {UNIT_TOLERANCE:g}, or NaN for a missing row",
+            f"length {norm.flat[wrong[0]]:.9g}" + _at_row(wrong[0], norm.shape),
+            "normalise them first if that is meant",
+        )
+    a /= norm[..., None]
+    return a
+
+
+def missing_rows(a: FloatArray, name: str) -> NDArray[np.bool_]:
+    """Return which rows of a (..., n) are NaN throughout; refuse rows that are so in part."""
+    # One pass over complete data: a sum is NaN where any entry is.
+    missing = np.isnan(a.sum(axis=-1))
+    rows = a.reshape(-1, a.shape[-1])[missing.ravel()]
+    partly = np.flatnonzero(~np.isnan(rows).all(axis=-1))
+    if partly.size:
+        row = np.flatnonzero(missing.ravel())[partly[0]]
+        got = f"{rows[partly[0]].tolist()}" + _at_row(row, missing.shape)
+        raise InvalidArgumentError(
+            name, "complete rows, or all NaN where missing", got, "drop the row, or blank all of it"
+        )
+    return missing
+
+
+def _at_row(index: Any, shape: tuple[int, ...]) -> str:
+    """Return " at row i, j" for a flat index into rows of the given shape, nothing for a single vector."""
+    return " at row " + ", ".join(str(int(i)) for i in np.unravel_index(index, shape)) if shape else ""
 
 
 def unit_row(x: ArrayLike | Rotation, d: int, name: str) -> FloatArray:

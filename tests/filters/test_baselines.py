@@ -112,6 +112,17 @@ def test_a_missing_measurement_only_predicts(baseline):
     assert np.isfinite(track.modes).all()
 
 
+@pytest.mark.parametrize(
+    ("bad", "message"), [([np.nan, 1.0], "complete rows"), ([2.0, 0.0], "length 2"), ([np.inf, 0.0], "length inf")]
+)
+def test_rows_that_are_no_measurement_are_refused(baseline, bad, message):
+    kalman, prior, d = baseline
+    row = np.zeros(d)
+    row[:2] = bad
+    with pytest.raises(InvalidArgumentError, match=f"z: expected .*{message}"):
+        kalman.update(kalman.predict(prior(())), row)
+
+
 def test_scalar_kalman_is_the_linear_filter_away_from_the_seam():
     rng = np.random.default_rng(3)
     angles = 1.5 + 0.1 * rng.normal(size=50)

@@ -91,8 +91,12 @@ def test_mistakes_are_named_with_their_row(turning):
     f = BinghamFilter(Gyroscope(0.01), VectorSensor(FIELD, 100.0))
     bad = body.copy()
     bad[7, 1] = np.nan
-    with pytest.raises(InvalidArgumentError, match="z: expected a finite") as caught:
+    with pytest.raises(InvalidArgumentError, match="measurements: expected complete rows.* at row 7"):
         f.run(Bingham.uniform(4), bad, controls=rate, times=t)
+    zero = body.copy()
+    zero[7] = 0.0
+    with pytest.raises(InvalidArgumentError, match="z: expected") as caught:
+        f.run(Bingham.uniform(4), zero, controls=rate, times=t)
     assert caught.value.__notes__ == ["in row 7 of the sequence"]
     with pytest.raises(InvalidArgumentError, match="controls: expected 400 rows"):
         f.run(Bingham.uniform(4), body, controls=rate[:9], times=t)

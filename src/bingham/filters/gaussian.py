@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from bingham.errors import InvalidArgumentError
+from bingham.rotations import unit_or_missing
 
 __all__ = ["GaussianState", "KalmanInfo", "KalmanTrack", "covariance_matrix", "kalman_update", "mirrored", "run_steps"]
 
@@ -75,7 +76,7 @@ def covariance_matrix(x: ArrayLike, d: int | None, name: str) -> FloatArray:
 
 def mirrored(z: ArrayLike, towards: FloatArray) -> FloatArray:
     """Return ±z (..., d), whichever is closer to ``towards`` (..., d) (Kurz et al. 2014, §7, modification 1)."""
-    a = np.asarray(z, dtype=np.float64)
+    a = unit_or_missing(z, towards.shape[-1], "z")
     return np.where(np.sum(a * towards, axis=-1, keepdims=True) < 0.0, -a, a)
 
 

@@ -16,7 +16,7 @@ from bingham.errors import ConvergenceError, InvalidArgumentError
 from bingham.filters.sequence import time_steps
 from bingham.filters.track import Track
 from bingham.filters.user_functions import checked_log_likelihood, checked_motion
-from bingham.rotations import left_matrix, right_matrix, unit_rows
+from bingham.rotations import left_matrix, missing_rows, right_matrix, unit_rows
 from bingham.sampling.protocol import Sampler
 from bingham.sampling.riemannian import RiemannianSampling
 
@@ -152,6 +152,7 @@ class SampledFilter:
         if inputs is not None and len(inputs) != len(rows):
             raise InvalidArgumentError("controls", f"{len(rows)} rows, one for each measurement", len(inputs))
         steps = None if times is None else time_steps(times, start_time, len(rows))
+        missing = missing_rows(rows, "measurements")
         d, count = prior.dim, len(rows)
         z, frames = np.empty((count, d)), np.empty((count, d, d))
         evidence, decision = np.zeros(count), np.ones(count, dtype=np.int8)
@@ -160,7 +161,7 @@ class SampledFilter:
             control = None if inputs is None else inputs[t]
             dt = None if steps is None else float(steps[t])
             state = self._predict(state, control, dt, f"predict, row {t}")
-            if np.isnan(rows[t]).any():
+            if missing[t]:
                 decision[t] = -1
             else:
                 state, info = self._update(state, rows[t], None, f"update, row {t}")

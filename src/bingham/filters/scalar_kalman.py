@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from bingham.errors import InvalidArgumentError
 from bingham.filters.gaussian import KalmanInfo, KalmanTrack, run_steps
+from bingham.rotations import unit_or_missing
 
 __all__ = ["AngleState", "ScalarKalmanFilter"]
 
@@ -57,12 +58,12 @@ class ScalarKalmanFilter:
 
     def predict(self, state: AngleState, control: ArrayLike | None = None, dt: float | None = None) -> AngleState:
         """Return the state of x ⊕ u ⊕ w: the angle of the control u (..., 2) is added, and the process variance."""
-        turn = 0.0 if control is None else _angle(control)
+        turn = 0.0 if control is None else _angle(control, "control")
         return AngleState(np.mod(state.angle + turn, np.pi), state.variance + self.process_variance)
 
     def update(self, state: AngleState, z: ArrayLike) -> tuple[AngleState, KalmanInfo]:
         """Return the state given the measured axis z (..., 2); NaN is a missing measurement."""
-        measured = _angle(z)
+        measured = _angle(z, "z")
         missing = np.isnan(measured)
         # Shift by a multiple of π so that |innovation| ≤ π/2.
         innovation = np.mod(measured - state.angle + 0.5 * np.pi, np.pi) - 0.5 * np.pi
@@ -80,8 +81,6 @@ class ScalarKalmanFilter:
         return run_steps(self, prior, measurements, controls)
 
 
-def _angle(z: ArrayLike) -> FloatArray:
-    a = np.asarray(z, dtype=np.float64)
-    if a.shape[-1:] != (2,):
-        raise InvalidArgumentError("z", "axes in the plane, shape (..., 2)", a.shape)
+def _angle(axis: ArrayLike, name: str) -> FloatArray:
+    a = unit_or_missing(axis, 2, name)
     return np.arctan2(a[..., 1], a[..., 0])

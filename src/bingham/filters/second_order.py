@@ -13,6 +13,7 @@ from bingham.errors import InvalidArgumentError
 from bingham.filters.protocol import UpdateInfo
 from bingham.models.motion import NoisyIdentity
 from bingham.models.sensors import OrientationSensor
+from bingham.rotations import unit_or_missing
 
 __all__ = ["SecondOrderBinghamFilter", "SpinState", "classify_spin"]
 
@@ -105,8 +106,8 @@ class SecondOrderBinghamFilter:
         state : SpinState
             The prediction; a state that was never predicted has its spin left alone.
         z : (4,) or (k, 4) array_like
-            One orientation; or k interpretations of an ambiguous one, of which the most probable is used; NaN if
-            nothing was measured.
+            One orientation; or k interpretations of an ambiguous one, of which the most probable is used; rows of NaN
+            are left out, and nothing but NaN means that nothing was measured.
         noise : Bingham, optional
             Replaces the measurement noise for this update, a girdle for instance.
 
@@ -117,10 +118,11 @@ class SecondOrderBinghamFilter:
         UpdateInfo
             ``log_evidence`` of the interpretation used.
         """
-        rows = np.atleast_2d(np.asarray(z, dtype=np.float64))
-        if rows.shape[-1] != 4 or rows.ndim != 2:
-            raise InvalidArgumentError("z", "shape (4,), or (k, 4) for k interpretations", np.shape(z))
-        if np.isnan(rows).any():
+        rows = np.atleast_2d(unit_or_missing(z, 4, "z"))
+        if rows.ndim != 2:
+            raise InvalidArgumentError("z", "shape (4,), or (k, 4) for k interpretations", rows.shape)
+        rows = rows[~np.isnan(rows[:, 0])]
+        if not len(rows):
             return state, UpdateInfo(0.0, np.nan, np.inf, False, "missing")
         sensor = self._sensor if noise is None else OrientationSensor(noise, left=self._sensor.left)  # type: ignore[attr-defined]
         candidates = [sensor.condition(state.orientation, row) for row in rows]
@@ -131,8 +133,9 @@ class SecondOrderBinghamFilter:
         if before is not None:
             from bingham.kernels.second_order import conditioned_spin
 
-            y = rows[best] / np.linalg.norm(rows[best])
-            arrays = conditioned_spin(spin.z, spin.M, before.z, before.M, y, sensor.noise.z, sensor.frame, sensor.left)
+            arrays = conditioned_spin(
+                spin.z, spin.M, before.z, before.M, rows[best], sensor.noise.z, sensor.frame, sensor.left
+            )
             spin = Bingham.from_spectrum(*arrays)
         return SpinState(orientation, spin, before), UpdateInfo(log_evidence, -2.0 * top, np.inf, True, "")
 

@@ -17,7 +17,7 @@ from bingham.kernels.threads import by_rows
 from bingham.models.motion import Diffusion, Gyroscope, KnownRotation, MotionModel, NoisyIdentity, diffusion_mix
 from bingham.models.sensors import OrientationSensor
 from bingham.recording import as_seconds
-from bingham.rotations import UNIT_TOLERANCE, from_rotation_vector
+from bingham.rotations import from_rotation_vector, unit_or_missing
 
 __all__ = ["run_conjugate", "sequence_steps", "time_steps"]
 
@@ -61,32 +61,10 @@ def sequence_steps(motion: MotionModel, times: ArrayLike | None, start_time: flo
 
 
 def _unit_or_missing(x: ArrayLike | Rotation, d: int, name: str) -> FloatArray:
-    if isinstance(x, Rotation):
-        x = x.as_quat(scalar_first=True)
-    a = np.array(x, dtype=np.float64)
+    a = x.as_quat(scalar_first=True) if isinstance(x, Rotation) else np.asarray(x, dtype=np.float64)
     if a.ndim not in (2, 3) or a.shape[-1] != d:
         raise InvalidArgumentError(name, f"shape (T, {d}) or (B, T, {d})", a.shape)
-    norm = np.sqrt(np.einsum("...i,...i->...", a, a))
-    missing = np.isnan(norm)
-    wrong = np.flatnonzero(missing.ravel())
-    wrong = wrong[~np.isnan(a.reshape(-1, d)[wrong]).all(axis=-1)]
-    if wrong.size:
-        i = int(wrong[0])
-        got = f"{a.reshape(-1, d)[i].tolist()} at row {i}"
-        raise InvalidArgumentError(
-            name, "unit vectors, or all NaN where missing", got, "drop the row, or blank all of it"
-        )
-    wrong = np.flatnonzero(np.abs(norm - 1.0).ravel() > UNIT_TOLERANCE)
-    if wrong.size:
-        i = int(wrong[0])
-        raise InvalidArgumentError(
-            name,
-            f"unit vectors within {UNIT_TOLERANCE:g}, or NaN for a missing row",
-            f"length {norm.ravel()[i]:.9g} at row {i}",
-            "normalise them first if that is meant",
-        )
-    a /= norm[..., None]
-    return a
+    return unit_or_missing(a, d, name)
 
 
 def run_conjugate(

@@ -12,6 +12,7 @@ from bingham.distributions.bingham import Bingham
 from bingham.errors import InvalidArgumentError
 from bingham.filters.sequence import sequence_steps
 from bingham.filters.track import Track
+from bingham.rotations import missing_rows
 
 if TYPE_CHECKING:
     from bingham.filters.first_order import BinghamFilter
@@ -72,4 +73,4 @@ def _rows(x: ArrayLike | Rotation, name: str) -> tuple[FloatArray, NDArray[np.bo
         raise InvalidArgumentError(
             name, "shape (T, n), one row for each step", a.shape, "run the recordings of a batch one by one"
         )
-    return a, np.asarray(np.isnan(a).all(axis=-1))
+    return a, missing_rows(a, name)

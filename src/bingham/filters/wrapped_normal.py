@@ -16,6 +16,7 @@ from scipy.special import i0e, i1e
 
 from bingham.errors import InvalidArgumentError
 from bingham.filters.gaussian import KalmanInfo, KalmanTrack, run_steps
+from bingham.rotations import unit_or_missing, unit_rows
 
 __all__ = ["DoubledAngleState", "WrappedNormalFilter", "resultant_length", "von_mises_concentration"]
 
@@ -90,16 +91,15 @@ class WrappedNormalFilter:
         self, state: DoubledAngleState, control: ArrayLike | None = None, dt: float | None = None
     ) -> DoubledAngleState:
         """Return the state of x ⊕ u ⊕ w: resultants multiply; control u (..., 2)."""
-        turn = 0.0 if control is None else 2.0 * np.arctan2(np.asarray(control)[..., 1], np.asarray(control)[..., 0])
+        u = None if control is None else unit_rows(control, 2, "control")
+        turn = 0.0 if u is None else 2.0 * np.arctan2(u[..., 1], u[..., 0])
         resultant = resultant_length(state.kappa) * np.exp(-2.0 * self.process_variance)
         return DoubledAngleState(state.direction + turn, von_mises_concentration(resultant))
 
     def update(self, state: DoubledAngleState, z: ArrayLike) -> tuple[DoubledAngleState, KalmanInfo]:
         """Return the state given the measured axis z (..., 2): κ e^{iμ} add; NaN is a missing measurement."""
-        a = np.asarray(z, dtype=np.float64)
-        if a.shape[-1:] != (2,):
-            raise InvalidArgumentError("z", "axes in the plane, shape (..., 2)", a.shape)
-        missing = np.any(np.isnan(a), axis=-1)
+        a = unit_or_missing(z, 2, "z")
+        missing = np.isnan(a[..., 0])
         a = np.where(missing[..., None], [1.0, 0.0], a)
         kappa_z = np.where(missing, 0.0, self._sensor_kappa)
         phi = 2.0 * np.arctan2(a[..., 1], a[..., 0])
