@@ -91,7 +91,7 @@ def test_mistakes_are_named_with_their_row(turning):
     f = BinghamFilter(Gyroscope(0.01), VectorSensor(FIELD, 100.0))
     bad = body.copy()
     bad[7, 1] = np.nan
-    with pytest.raises(InvalidArgumentError, match="measurements: expected complete rows.* at row 7"):
+    with pytest.raises(InvalidArgumentError, match=r"measurements: expected complete rows.* at row 7"):
         f.run(Bingham.uniform(4), bad, controls=rate, times=t)
     zero = body.copy()
     zero[7] = 0.0
