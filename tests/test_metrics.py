@@ -90,5 +90,55 @@ def test_small_closed_forms():
     assert coverage([0.1, 0.94, 0.96, 0.5]) == 0.75
     assert root_mean_square([3.0, 4.0]) == pytest.approx(np.sqrt(12.5))
     assert uniformity_statistic([0.5]) == 0.5
-    with pytest.raises(InvalidArgumentError, match="level"):
-        coverage([0.1], level=95)
+
+
+def test_an_unknown_truth_is_neither_inside_nor_outside():
+    law = Bingham([-9.0, -4, -1, 0], np.eye(4))
+    truth = law.rvs(10, rng=4)
+    whole = angle_probability(law, truth)
+    truth[::2] = np.nan
+    p = angle_probability(law, truth)
+    np.testing.assert_array_equal(np.isnan(p), [True, False] * 5)
+    np.testing.assert_array_equal(p[1::2], whole[1::2])
+    np.testing.assert_array_equal(np.isnan(geodesic_error(law.mode, truth)), [True, False] * 5)
+    e = normalized_error(np.eye(4)[3], 0.1 * np.eye(4), truth)
+    np.testing.assert_array_equal(np.isnan(e), [True, False] * 5)
+    np.testing.assert_array_equal(np.isnan(chi_square_probability(e, 3)), [True, False] * 5)
+    assert np.isnan(normal_probability(np.nan, 1.0))
+    for summary in (coverage, uniformity_statistic):
+        with pytest.raises(InvalidArgumentError, match=r"probability: .*NaN in 5 of 10; .*~np.isnan"):
+            summary(p)
+    with pytest.raises(InvalidArgumentError, match=r"x: .*NaN in 5 of 10"):
+        root_mean_square(e)
+
+
+@pytest.mark.parametrize(
+    ("call", "words"),
+    [
+        (lambda: geodesic_error([1, 0], [1, 0, 0]), r"truth: expected shape \(..., 2\), got \(3,\)"),
+        (lambda: geodesic_error(1.0, [1, 0]), "estimate: expected shape"),
+        (lambda: geodesic_error(np.eye(2), np.eye(2)[[0, 1, 0]]), r"truth: .*broadcasts with the estimates' \(2, 2\)"),
+        (lambda: geodesic_error([2, 0], [1, 0]), "estimate: .*length 2"),
+        (lambda: normalized_error([1, 0], np.eye(3), [1, 0]), r"covariance: expected shape \(..., 2, 2\)"),
+        (lambda: normalized_error([1, 0], np.full((2, 2), np.nan), [1, 0]), "covariance: expected finite"),
+        (lambda: normalized_error([1, 0], np.diag([1.0, 0.0]), [1, 0]), "covariance: expected positive definite"),
+        (lambda: normalized_error([np.nan, np.nan], np.eye(2), [1, 0]), "estimate: .*NaN"),
+        (lambda: normal_probability(0.0, [1.0, 0.0]), "variance: expected positive values, got least 0"),
+        (lambda: chi_square_probability(1.0, 0), "degrees: expected"),
+        (lambda: chi_square_probability([np.nan, -1.0], 3), "statistic: .*got -1"),
+        (lambda: coverage([0.1], level=95), "level"),
+        (lambda: coverage([0.5, 95.0]), r"probability: expected values in \[0, 1\], got 0.5 to 95"),
+        (lambda: coverage([]), "probability: expected at least one value"),
+        (lambda: uniformity_statistic([]), "probability: expected at least one value"),
+    ],
+)
+def test_what_makes_no_sense_is_refused(call, words):
+    with pytest.raises(InvalidArgumentError, match=words):
+        call()
+
+
+def test_normalized_error_of_a_plane_is_the_angle_over_its_deviation():
+    # e = 0.2 rad, C = 0.01 rad² across, whatever the covariance says along the estimate.
+    truth = [np.cos(0.2), np.sin(0.2)]
+    assert normalized_error([1.0, 0.0], [[7.0, 0.0], [0.0, 0.01]], truth) == pytest.approx(4.0, rel=1e-12)
+    assert normalized_error([1.0, 0.0], [[7.0, 0.0], [0.0, 0.01]], np.negative(truth)) == pytest.approx(4.0, rel=1e-12)

@@ -5,12 +5,10 @@ from bingham.metrics.calibration import (
     angle_probability,
     chi_square_probability,
     coverage,
-    geodesic_error,
     normal_probability,
-    normalized_error,
-    root_mean_square,
     uniformity_statistic,
 )
+from bingham.metrics.error import geodesic_error, normalized_error, root_mean_square
 
 __all__ = [
     "BroadErrors",
