@@ -1,0 +1,76 @@
+"""Truths of the precession study: a body disturbed in its orientation, or in its spin, and noisy measurements of it."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bingham.distributions.bingham import Bingham
+from bingham.rotations import compose, conjugate
+from bingham.simulate import simulate_precession
+from bingham.studies.study import Arrays
+
+__all__ = ["NOISE", "PRIOR", "SPIN_CHANGE", "disturbed_orientation", "disturbed_spin", "isotropic"]
+
+FloatArray = NDArray[np.float64]
+
+
+def isotropic(z: float) -> Bingham:
+    """Return the law of concentration z about the identity, the same in all directions."""
+    return Bingham([z, z, z, 0.0], np.eye(4)[::-1])
+
+
+# The report's laws: prior and "system noise", modes at the identity.
+PRIOR, NOISE = isotropic(-1.0), isotropic(-5e4)
+# The rotation of one step, disturbed by w, after that of the step before, by w': they differ by w' ⊗ w*.
+SPIN_CHANGE = NOISE.compose(NOISE.inverse())
+# Not in the report: its figures show some turns of a body that spins ten times faster than it precesses.
+RATE_HZ, DURATION_S, SPIN, PRECESSION, TILT = 50.0, 20.0, 3.0, 0.3, 0.6
+
+
+def disturbed_orientation(rng: np.random.Generator) -> Arrays:
+    """Return a precession disturbed in every step, x' = x ⊗ u ⊗ w, measured as z = x ⊗ v; w and v have the law NOISE.
+
+    Arrays, for T steps: truth (T, 4), spin (T, 4) with x' = spin ⊗ x, measured (T, 4), and controls u (T, 4).
+    """
+    nominal = _nominal()
+    controls = compose(conjugate(nominal[:-1]), nominal[1:])
+    disturbed = compose(controls, NOISE.rvs(len(controls), rng=rng))
+    orientation = nominal.copy()
+    for t, turn in enumerate(disturbed):
+        orientation[t + 1] = _unit(compose(orientation[t], turn))
+    return _measured(orientation, rng) | {"controls": controls}
+
+
+def disturbed_spin(law: Bingham, rng: np.random.Generator) -> Arrays:
+    """Return what the second-order filter assumes: v' = w ⊗ u ⊗ v, x' = v' ⊗ x, w of the given law; z = x ⊗ NOISE.
+
+    Arrays as for `disturbed_orientation`; the controls are accelerations, those of the undisturbed precession.
+    """
+    nominal = _nominal()
+    spins = compose(nominal[1:], conjugate(nominal[:-1]))
+    controls = np.concatenate([[[1.0, 0.0, 0.0, 0.0]], compose(spins[1:], conjugate(spins[:-1]))])
+    disturbed = compose(law.rvs(len(controls), rng=rng), controls)
+    orientation = nominal.copy()
+    spin = spins[0]
+    for t, turn in enumerate(disturbed):
+        spin = _unit(compose(turn, spin))
+        orientation[t + 1] = _unit(compose(spin, orientation[t]))
+    return _measured(orientation, rng) | {"controls": controls}
+
+
+def _nominal() -> FloatArray:
+    return simulate_precession(DURATION_S, RATE_HZ, spin=SPIN, precession=PRECESSION, tilt_rad=TILT).orientation
+
+
+def _unit(x: FloatArray) -> FloatArray:
+    return x / np.linalg.norm(x)
+
+
+def _measured(orientation: FloatArray, rng: np.random.Generator) -> Arrays:
+    truth = orientation[1:]
+    return {
+        "truth": truth,
+        "spin": compose(truth, conjugate(orientation[:-1])),
+        "measured": compose(truth, NOISE.rvs(len(truth), rng=rng)),
+    }
