@@ -1,4 +1,4 @@
-"""Figures of the 2014 study: error of each run (Fig. 4) and mean error over time (Fig. 5)."""
+"""Figures of the 2014 study: error of each run (Fig. 4), mean error over time (Fig. 5), and calibration."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ CASES = ("2-D bingham", "2-D gaussian", "4-D bingham", "4-D gaussian")
 
 
 def draw(result: StudyResult) -> dict[str, Figure]:
-    """Return the figures ``rmse`` and ``time``."""
-    return {"rmse": _runs(result), "time": _course(result)}
+    """Return the figures ``rmse``, ``time`` and ``calibration``."""
+    return {"rmse": _runs(result), "time": _course(result), "calibration": _calibration(result)}
 
 
 def _runs(result: StudyResult) -> Figure:
@@ -52,4 +52,22 @@ def _course(result: StudyResult) -> Figure:
     for ax in axes[:, 0]:
         ax.set(ylabel="mean error [rad]")
     axes[0, 0].legend(fontsize=8, frameon=False)
+    return figure
+
+
+def _calibration(result: StudyResult) -> Figure:
+    figure, axes = new_figure(9.0, 3.0, 1, 4, sharey=True)
+    edges = np.linspace(0.0, 1.0, 21)
+    for ax, case in zip(axes_of(axes), CASES, strict=True):
+        for name in FILTERS:
+            heights, _ = np.histogram(result.curves[f"{case}/pit/{name}"], edges, density=True)
+            ax.stairs(heights, edges, color=COLORS[name], label=LABELS[name], lw=1.6)
+        ax.axhline(1.0, color="black", ls="--", lw=0.8, label="right: uniform")
+        ax.set(title=f"{case} noise", xlim=(0.0, 1.0), xticks=[0.0, 0.5, 1.0], yscale="log", ylim=(0.1, 20.0))
+        ax.title.set_fontsize(10)
+        ax.yaxis.set_major_formatter("{x:g}")
+    axes[0].set(ylabel="density")
+    figure.supxlabel("stated probability of a smaller error than the true one", fontsize=10)
+    handles, labels = axes[0].get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside upper center", ncols=3, fontsize=8, frameon=False)
     return figure
