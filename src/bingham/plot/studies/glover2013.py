@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from bingham.plot.studies.style import COLORS, LABELS, new_figure
+from bingham.studies.glover2013 import TABLE
 from bingham.studies.study import StudyResult
 
 if TYPE_CHECKING:
@@ -23,7 +24,7 @@ def draw(result: StudyResult) -> dict[str, Figure]:
 def _signals(result: StudyResult) -> Figure:
     figure, axes = new_figure(7.4, 3.8, 1, 2, sharey=True)
     x = np.degrees(result.curves["error/bingham"])
-    for ax, other in zip(axes, ("ekf", "ekf_fair"), strict=True):
+    for ax, other in zip(axes, ("ekf_fixed", "ekf_fair"), strict=True):
         y = np.degrees(result.curves[f"error/{other}"])
         ax.loglog(y, x, ".", ms=4, color=COLORS[other], alpha=0.6)
         ends = [0.95 * min(x.min(), y.min()), 1.05 * max(x.max(), y.max())]
@@ -40,17 +41,17 @@ def _signals(result: StudyResult) -> Figure:
 
 
 def _cells(result: StudyResult) -> Figure:
-    rows = [r for r in result.table if r.metric == "improvement_percent" and r.case.endswith("against ekf")]
+    rows = [r for r in result.table if r.metric == "improvement_percent" and r.case.endswith("against ekf_fixed")]
     figure, ax = new_figure(7.4, 4.0)
     place = np.arange(len(rows))
-    for against, shift in (("ekf", -0.2), ("ekf_padded", 0.0), ("ekf_fair", 0.2)):
+    for against, shift in (("ekf_fixed", -0.2), ("ekf_padded", 0.0), ("ekf_fair", 0.2)):
         cells = [r for r in result.table if r.metric == "improvement_percent" and r.case.endswith(f"against {against}")]
         value, stderr = [r.value for r in cells], [r.stderr or 0.0 for r in cells]
-        color = COLORS.get(against, "#CC79A7")
-        ax.errorbar(value, place + shift, xerr=stderr, fmt="o", ms=5, color=color, label=LABELS.get(against, against))
-    ax.plot([r.paper for r in rows], place, "k|", ms=14, mew=2, label="published")
+        ax.errorbar(value, place + shift, xerr=stderr, fmt="o", ms=5, color=COLORS[against], label=LABELS[against])
+    published, spread = np.array(list(TABLE.values())).T
+    ax.errorbar(published, place + 0.35, xerr=spread, fmt="k|", ms=9, mew=2, label="published ±")
     ax.set(yticks=place, xlabel="mean error below that of the EKF [%]")
-    ax.set_yticklabels([r.case.removesuffix(", against ekf") for r in rows], fontsize=8)
+    ax.set_yticklabels([r.case.removesuffix(", against ekf_fixed") for r in rows], fontsize=8)
     ax.invert_yaxis()
     ax.set_xscale("symlog", linthresh=1.0)
     ax.xaxis.set_major_formatter("{x:g}")

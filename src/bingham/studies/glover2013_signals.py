@@ -1,0 +1,80 @@
+"""Signals of Glover & Kaelbling 2013, §6: nominal motion, noise laws, and the Gaussians that stand for them."""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import root
+from scipy.spatial.transform import Rotation
+
+from bingham.distributions.bingham import Bingham
+from bingham.distributions.relations import from_gaussian, to_gaussian
+from bingham.errors import ConvergenceError
+from bingham.rotations import compose, conjugate
+from bingham.studies.study import Arrays
+
+__all__ = ["isotropic_law", "matching_covariance", "nominal_motion", "projected_draws", "simulate"]
+
+FloatArray = NDArray[np.float64]
+IDENTITY = np.array([1.0, 0.0, 0.0, 0.0])
+# Euler angles of the nominal motion: amplitude, rad, and periods, steps.
+AMPLITUDE = 0.5 * np.pi
+PERIODS = np.array([200.0, 250.0, 300.0])
+
+
+def isotropic_law(z: tuple[float, ...]) -> Bingham:
+    """Return the law with its mode at the identity and concentrations (3,) along x, y and z."""
+    return Bingham([*z, 0.0], np.eye(4)[:, [1, 2, 3, 0]])
+
+
+@cache
+def matching_covariance(z: tuple[float, ...], padded: bool = False) -> FloatArray:
+    """Return C (4, 4), diagonal, with E[x xᵀ/|x|²] = E_B[x xᵀ] for x ~ N(identity, C) and B = `isotropic_law` (z).
+
+    The three vector entries solve these three equations; they leave the scalar's own variance free. It is
+    E_B[(1 − |x₀|)²], how far the law really spreads along its mode, or the mean of the other three if ``padded``.
+    """
+    law = isotropic_law(z)
+    target = np.diag(law.moment())[1:]
+    along = to_gaussian(law).covariance[0, 0]
+
+    def covariance(log_s: FloatArray) -> FloatArray:
+        s = np.exp(log_s)
+        return np.diag([s.mean() if padded else along, *s])
+
+    def excess(log_s: FloatArray) -> FloatArray:
+        return np.log(np.diag(from_gaussian(IDENTITY, covariance(log_s)).moment())[1:] / target)
+
+    found: Any = root(excess, np.log(target), tol=1e-10)
+    if np.abs(found.fun).max() > 1e-8:
+        raise ConvergenceError("found no Gaussian of equal projected moment", found.fun)
+    return covariance(found.x)
+
+
+def nominal_motion(rng: np.random.Generator, steps: int) -> tuple[FloatArray, FloatArray]:
+    """Return the start (4,) and the controls (steps, 4) of a sine wave on each Euler angle, with random phases."""
+    time = np.arange(steps + 1)[:, None]
+    angles = AMPLITUDE * np.sin(2.0 * np.pi * (time / PERIODS + rng.random(3)))
+    q: Any = Rotation.from_euler("xyz", angles).as_quat(scalar_first=True)
+    return q[0], compose(q[1:], conjugate(q[:-1]))
+
+
+def projected_draws(covariance: FloatArray, count: int, rng: np.random.Generator) -> FloatArray:
+    """Return unit quaternions (count, 4) near the identity: projected draws from N(identity, covariance)."""
+    values, axes = np.linalg.eigh(covariance)
+    x = IDENTITY + (rng.standard_normal((count, 4)) * np.sqrt(np.maximum(values, 0.0))) @ axes.T
+    return x / np.linalg.norm(x, axis=1, keepdims=True)
+
+
+def simulate(start: FloatArray, controls: FloatArray, process: FloatArray, observation: FloatArray) -> Arrays:
+    """Return truth and measurements (T, 4): x' = w ⊗ u ⊗ x, y = v ⊗ x, from noises w and v (T, 4)."""
+    truth = np.empty_like(controls)
+    x = start
+    for t, (w, u) in enumerate(zip(process, controls, strict=True)):
+        x = compose(w, compose(u, x))
+        x /= np.linalg.norm(x)
+        truth[t] = x
+    return {"truth": truth, "measured": compose(observation, truth)}
