@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from bingham.errors import InvalidArgumentError
-from bingham.studies import STUDIES, load_study
-from bingham.studies.execute import execute, run_study
+from bingham.studies import STUDIES, load_study, workers
+from bingham.studies.execute import WorkersLostError, execute, run_study
 from bingham.studies.store import RunStore
-from bingham.studies.study import Chunk, generator
+from bingham.studies.study import Chunk, Study, StudyResult, generator
 
 
 def draw(seed, run):
@@ -25,6 +25,17 @@ def draw_or_die(seed, run, flag):
         time.sleep(0.3)
         os.kill(os.getpid(), signal.SIGKILL)
     return draw(seed, run)
+
+
+def die(seed, run):
+    """Kill any worker process, never the one that the tests run in."""
+    if multiprocessing.parent_process() is not None:
+        os.kill(os.getpid(), signal.SIGKILL)
+    return draw(seed, run)
+
+
+def fail(seed, run):
+    raise InvalidArgumentError("run", "a run that can be made", run)
 
 
 def draw_slowly(seed, run):
@@ -124,11 +135,96 @@ def test_a_killed_dask_worker_loses_nothing(cluster, tmp_path):
     assert same({key: store.load(key) for key in found}, found)
 
 
+def test_a_run_that_kills_every_dask_worker_ends_in_words(cluster):
+    before, cluster.scheduler.allowed_failures = cluster.scheduler.allowed_failures, 0
+    try:
+        with pytest.raises(WorkersLostError, match="lost its worker again and again with 1 chunks left"):
+            execute(chunks(die, count=1), scheduler=cluster.scheduler_address)
+    finally:
+        cluster.scheduler.allowed_failures = before
+
+
+def test_an_error_on_a_dask_worker_arrives_as_it_is(cluster):
+    with pytest.raises(InvalidArgumentError, match="a run that can be made"):
+        execute(chunks(fail, count=1), scheduler=cluster.scheduler_address)
+
+
+def test_a_run_that_kills_every_process_ends_in_words():
+    with pytest.raises(WorkersLostError, match="workers died 4 times in a row with 2 chunks left"):
+        execute(chunks(die, count=2), jobs=2)
+
+
+@pytest.fixture
+def lone_scheduler(monkeypatch):
+    """A scheduler whose workers a test brings, and little patience with it."""
+    distributed = pytest.importorskip("dask.distributed", reason="extra 'dask' not installed")
+    monkeypatch.setattr(workers, "WORKER_WAIT", 0.5)
+    with distributed.LocalCluster(
+        n_workers=0, threads_per_worker=1, host="127.0.0.1", dashboard_address="127.0.0.1:0"
+    ) as running:
+        yield running
+
+
+def test_a_scheduler_without_workers_ends_in_words(lone_scheduler):
+    address = lone_scheduler.scheduler_address
+    with pytest.raises(InvalidArgumentError, match=f"scheduler: expected one with workers.*`dask worker {address}`"):
+        execute(chunks(), scheduler=address)
+
+
+def test_a_cluster_that_loses_all_its_workers_ends_in_words(lone_scheduler, tmp_path):
+    lone_scheduler.scale(1)
+    lone_scheduler.wait_for_workers(1, timeout=30.0)
+    store = RunStore(tmp_path, {"study": "demo"})
+
+    def dismiss(done, total):
+        if done == 1:
+            lone_scheduler.scale(0)
+
+    with pytest.raises(WorkersLostError, match="all workers are gone"):
+        execute(chunks(draw_slowly, count=50), scheduler=lone_scheduler.scheduler_address, store=store,
+                progress=dismiss)  # fmt: skip
+    assert list(store.folder.glob("*.npz"))
+
+
+NOTHING = Study("demo", "none", 5, lambda runs, seed, options: [],
+                lambda runs, seed, results: StudyResult("demo", runs, seed, []), options=("recording",))  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        ({"runs": 0}, "runs: expected a whole number, at least 1, got 0"),
+        ({"runs": 2.5}, "runs: expected a whole number, at least 1, got 2.5"),
+        ({"runs": True}, "runs: expected a whole number"),
+        ({"seed": -1}, "seed: expected a whole number, at least 0, got -1"),
+        ({"seed": "1"}, "seed: expected a whole number, at least 0, got '1'"),
+        ({"jobs": 0}, "jobs: expected a whole number, at least 1, got 0"),
+        ({"jobs": 2, "scheduler": "tcp://10.0.0.5:8786"}, "jobs: expected 1 with a scheduler"),
+        ({"options": {"recorded": 1}}, "options: expected those that demo takes: recording, got recorded"),
+    ],
+)
+def test_run_study_refuses(arguments, words):
+    with pytest.raises(InvalidArgumentError, match=words):
+        run_study(NOTHING, **arguments)
+
+
+def test_run_study_passes_on_what_it_is_given():
+    assert run_study(NOTHING, options={"recording": 1}).runs == 5
+    result = run_study(NOTHING, runs=np.int64(7), seed=np.int64(0))
+    assert (result.runs, result.seed) == (7, 0)
+    assert type(result.runs) is int, "JSON has no place for NumPy's"
+
+
+def test_no_study_takes_an_option_that_it_does_not_name():
+    for name in STUDIES:
+        if not load_study(name).options:
+            with pytest.raises(InvalidArgumentError, match=f"{name} takes: none, got orientation"):
+                run_study(load_study(name), runs=1, options={"orientation": np.eye(4)})
+
+
 def test_refusals():
     with pytest.raises(InvalidArgumentError, match="one of kurz2013"):
         load_study("kurz1813")
-    with pytest.raises(InvalidArgumentError, match="runs"):
-        run_study(load_study("kurz2013"), runs=0)
     with pytest.raises(InvalidArgumentError, match="jobs"):
         execute([], jobs=0)
 

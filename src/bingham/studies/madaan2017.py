@@ -121,6 +121,7 @@ def _summarize(runs: int, seed: int, results: Mapping[str, Arrays]) -> StudyResu
 
 STUDY = Study(
     name="madaan2017",
+    options=("name", "time", "orientation"),
     title="Madaan, Suresh & Kalra 2017: precessing body, noisy and filtered; a recorded motion with --recording",
     # The report shows one run and names no number of them.
     default_runs=20,

@@ -85,13 +85,15 @@ class Study:
     title : str
         One line: authors, year, subject.
     default_runs : int
-        Size of the published study.
+        Number of runs unless the user names one; where it is not the published number, a comment says why.
     chunks : callable
         (runs, seed, options) → the chunks to run.
     summarize : callable
         (runs, seed, results by chunk key) → table and curves.
     version : int
         Raised whenever a chunk's results change, so that stored ones are not mixed with new ones.
+    options : tuple of str
+        Names of what ``chunks`` takes besides; all others are refused.
     """
 
     name: str
@@ -100,6 +102,7 @@ class Study:
     chunks: Callable[[int, int, Mapping[str, Any]], list[Chunk]]
     summarize: Callable[[int, int, Mapping[str, Arrays]], StudyResult]
     version: int = 1
+    options: tuple[str, ...] = ()
 
 
 def generator(seed: int, *key: int) -> np.random.Generator:
@@ -112,8 +115,6 @@ def range_chunks(prefix: str, function: Callable[..., Arrays], runs: int, size: 
 
     Their keys begin with the prefix and sort by run, as `joined` wants them.
     """
-    if runs < 1:
-        raise InvalidArgumentError("runs", "at least 1", runs)
     spans = [(first, min(first + size, runs)) for first in range(0, runs, size)]
     return [
         Chunk(f"{prefix}{first:07d}-{last:07d}", function, {**arguments, "first": first, "last": last})
