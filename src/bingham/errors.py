@@ -24,7 +24,11 @@ class RecordingWarning(UserWarning):
 
 
 class BinghamError(Exception):
-    """Base class of every exception this package raises on purpose."""
+    """Base class of every exception this package raises on purpose; it can be pickled, for worker processes."""
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        # Exception would hand its message to the constructors below, which want what the message is made of.
+        return _rebuilt, (type(self), self.args), self.__dict__
 
 
 class InvalidArgumentError(BinghamError, ValueError):
@@ -86,3 +90,10 @@ class MissingExtraError(BinghamError, ImportError):
             f"{purpose} needs the package '{package}', which is not installed; "
             f"install it with: pip install 'bingham[{extra}]'"
         )
+
+
+def _rebuilt(kind: type[BinghamError], args: tuple[Any, ...]) -> BinghamError:
+    """Return an error with a message but without calling its constructor; for unpickling."""
+    error = kind.__new__(kind, *args)
+    error.args = args
+    return error

@@ -35,7 +35,7 @@ def die(seed, run):
 
 
 def fail(seed, run):
-    raise InvalidArgumentError("run", "a run that can be made", run)
+    raise InvalidArgumentError("run", "a run that can be made", 0)
 
 
 def draw_slowly(seed, run):
@@ -147,6 +147,12 @@ def test_a_run_that_kills_every_dask_worker_ends_in_words(cluster):
 def test_an_error_on_a_dask_worker_arrives_as_it_is(cluster):
     with pytest.raises(InvalidArgumentError, match="a run that can be made"):
         execute(chunks(fail, count=1), scheduler=cluster.scheduler_address)
+
+
+def test_an_error_in_a_process_arrives_as_it_is():
+    with pytest.raises(InvalidArgumentError, match="a run that can be made, got 0") as caught:
+        execute(chunks(fail, count=2), jobs=2)
+    assert (caught.value.argument, caught.value.value) == ("run", 0)
 
 
 def test_a_run_that_kills_every_process_ends_in_words():
