@@ -1,9 +1,13 @@
 import json
 
+import numpy as np
 import pytest
 from typer.testing import CliRunner
 
 from bingham.cli.main import app
+from bingham.io import write_csv
+from bingham.recording import OrientationRecording
+from bingham.studies import STUDIES, load_study
 
 run = CliRunner().invoke
 
@@ -48,8 +52,66 @@ def test_mistakes_end_in_one_line(tmp_path, arguments, words):
     assert len(result.stderr.strip().splitlines()) == 1
 
 
-def test_list_names_the_studies():
-    assert "kurz2013" in run(app, ["reproduce", "list"]).stdout
+def test_list_names_the_studies_and_their_runs():
+    lines = run(app, ["reproduce", "list"]).stdout.splitlines()
+    assert [line.split()[:3] for line in lines] == [[n, str(load_study(n).default_runs), "runs"] for n in STUDIES]
+    assert all(line.endswith(load_study(name).title) for name, line in zip(STUDIES, lines, strict=True))
+    assert run(app, ["reproduce"]).stdout.splitlines() == lines
+
+
+def test_json_stays_pure_beside_a_bar(tmp_path, monkeypatch):
+    # What Rich takes for a terminal, it then draws on.
+    monkeypatch.setenv("FORCE_COLOR", "1")
+    monkeypatch.setenv("TERM", "xterm")
+    result = run(app, ["reproduce", "kurz2013", "--runs", "2", "--json", "--no-figures", "-o", str(tmp_path)])
+    assert json.loads(result.stdout)["runs"] == 2
+    assert "━" in result.stderr
+    monkeypatch.delenv("FORCE_COLOR")
+    assert (
+        run(app, ["reproduce", "kurz2013", "--runs", "2", "--json", "--no-figures", "-o", str(tmp_path)]).stderr == ""
+    )
+
+
+@pytest.mark.parametrize("place", ["file", "file/below", "folder"])
+def test_a_file_in_the_way_is_found_before_the_runs(bingham, tmp_path, monkeypatch, place):
+    (tmp_path / "file").write_text("kept")
+    (tmp_path / "folder").mkdir()
+    (tmp_path / "folder" / "runs").write_text("kept")
+    monkeypatch.setattr("bingham.studies.kurz2013.simulate", None)
+    result = bingham("reproduce", "kurz2013", "--runs", 2, "-o", tmp_path / place)
+    assert result.exit_code == 2
+    in_the_way = tmp_path / ("folder/runs" if place == "folder" else "file")
+    assert result.stderr == (
+        f"bingham: {in_the_way}: a file, where a folder is to be written; give another name to --output\n"
+    )
+    assert in_the_way.read_text() == "kept"
+
+
+def test_options_without_effect_are_refused(bingham, tmp_path):
+    for arguments, message in [
+        (("kurz2013", "--recording", tmp_path / "a.csv"), "--recording: expected a study that takes one (madaan2017)"),
+        (("kurz2013", "--jobs", 1, "--scheduler", "tcp://10.0.0.5:8786"), "--jobs: expected no --scheduler"),
+        (("--runs", 5), "--runs: expected the name of a study with it, got list"),
+    ]:
+        result = bingham("reproduce", *arguments)
+        assert result.exit_code == 2
+        assert result.stderr.startswith(f"bingham: {message}")
+        assert len(result.stderr.splitlines()) == 1
+
+
+def test_a_recording_is_used_and_part_of_what_is_stored(bingham, tmp_path, axes_in_plane):
+    path = tmp_path / "turn.csv"
+    half = 0.05 * np.arange(50)
+    q = np.stack([np.cos(half), 0 * half, 0 * half, np.sin(half)], axis=1)
+    write_csv(path, OrientationRecording("turn", np.arange(50) / 50.0, q))
+    result = bingham("reproduce", "madaan2017", "--runs", 1, "--recording", path, "--json", "--no-figures",
+                     "-o", tmp_path / "out")  # fmt: skip
+    assert result.exit_code == 0, result.output
+    assert "recorded motion" in {row["case"] for row in json.loads(result.stdout)["table"]}
+    assert len(list((tmp_path / "out/runs").iterdir())) == 1
+    result = bingham("reproduce", "madaan2017", "--runs", 1, "--recording", axes_in_plane, "-o", tmp_path / "out")
+    assert result.exit_code == 2
+    assert result.stderr.startswith("bingham: --recording: expected quaternions")
 
 
 def test_errors_speak_of_options(bingham, tmp_path):

@@ -2,24 +2,13 @@
 
 from __future__ import annotations
 
-import json
+import os
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import typer
 
-if TYPE_CHECKING:
-    from bingham.studies.study import StudyResult
-
 __all__ = ["register"]
-
-# What the names of the metrics do not say themselves.
-MEANINGS = {
-    "coverage_95": "share of the true values within the filter's 95 % region",
-    "kl": "Kullback–Leibler divergence between the approximation and the true law, nat",
-    "us_per_step": "microseconds for one step of prediction and update",
-    "wins": "number of runs in which the filter has the smaller error",
-}
 
 
 def register(app: typer.Typer) -> None:
@@ -28,14 +17,21 @@ def register(app: typer.Typer) -> None:
 
 
 def reproduce(
-    study: str = typer.Argument(..., metavar="STUDY", help="Which one; `bingham reproduce list` names them all."),
+    context: typer.Context,
+    study: str = typer.Argument(
+        "list", metavar="STUDY", help="Which one; `list` names all of them, with their default numbers of runs."
+    ),
     output: Path = typer.Option(
         Path("reproduced"), "--output", "-o", metavar="FOLDER", help="Where results, figures and stored runs go."
     ),
-    runs: int | None = typer.Option(None, min=1, help="Number of runs; the published number unless given."),
+    runs: int | None = typer.Option(
+        None, min=1, help="Number of runs; the study's own default, shown by `list`, unless given."
+    ),
     seed: int = typer.Option(1, min=0, help="Of the whole study; the same seed gives the same results for any --jobs."),
     jobs: int = typer.Option(1, min=1, help="Processes on this machine."),
-    scheduler: str | None = typer.Option(None, metavar="ADDRESS", help="Dask scheduler whose workers do the runs."),
+    scheduler: str | None = typer.Option(
+        None, metavar="ADDRESS", help="Dask scheduler whose workers do the runs, in place of --jobs."
+    ),
     recording: Path | None = typer.Option(
         None, metavar="FILE", help="Recorded orientations, for studies that take them."
     ),
@@ -45,17 +41,27 @@ def reproduce(
 ) -> None:
     """Rerun a published comparison of filters; interrupted, it continues where it stopped."""
     from bingham.cli.first_use import announce_compilation
+    from bingham.cli.given import given_options, refuse
+    from bingham.cli.study_table import write_result
     from bingham.cli.wording import in_options
     from bingham.studies import STUDIES, load_study
     from bingham.studies.execute import run_study
     from bingham.studies.store import RunStore
 
+    given = given_options(context)
     if study == "list":
+        refuse(given, tuple(name for name in given if name != "study"), "the name of a study with it", study)
         for name in STUDIES:
-            typer.echo(f"{name:18s} {load_study(name).title}")
+            typer.echo(f"{name:18s} {load_study(name).default_runs:5d} runs  {load_study(name).title}")
         return
     with in_options({"study": "STUDY"}):
         chosen = load_study(study)
+    if "orientation" not in chosen.options:
+        takers = ", ".join(name for name in STUDIES if "orientation" in load_study(name).options)
+        refuse(given, ("recording",), f"a study that takes one ({takers})", study)
+    if scheduler is not None:
+        refuse(given, ("jobs",), "no --scheduler, whose workers do the runs", scheduler)
+    _check_folder(output)
     announce_compilation()
     options = {} if recording is None else _recorded(recording)
     stores: list[RunStore] = []
@@ -66,8 +72,8 @@ def reproduce(
             stores[0].clear()
         return stores[0]
 
-    said = {"runs": "--runs", "jobs": "--jobs", "scheduler": "--scheduler", "recording": "--recording"}
-    with in_options(said), _Progress(study, quiet=as_json) as progress:
+    said = {name: f"--{name}" for name in ("runs", "seed", "jobs", "scheduler", "recording")}
+    with in_options(said), _Progress(study) as progress:
         try:
             result = run_study(chosen, runs=runs, seed=seed, jobs=jobs, scheduler=scheduler, store=open_store,
                                progress=progress.update, options=options)  # fmt: skip
@@ -76,7 +82,19 @@ def reproduce(
             kept = f"{progress.done} of {progress.total} parts are stored in {stores[0].folder}"
             typer.echo(f"bingham: interrupted; {kept}; the same command continues from there", err=True)
             raise typer.Exit(130) from None
-    _write(result, output, draw_figures=figures, as_json=as_json)
+    write_result(result, output, draw_figures=figures, as_json=as_json)
+
+
+def _check_folder(output: Path) -> None:
+    """Refuse, before hours of runs, a place where nothing can be written."""
+    from bingham.errors import RecordingError
+
+    # Not `Path.exists`, which raises where a folder above cannot be searched.
+    nearest = next(p for p in (output / "runs", output, *output.absolute().parents) if os.path.exists(p))
+    if not nearest.is_dir():
+        raise RecordingError(nearest, "", "a file, where a folder is to be written", "give another name to --output")
+    if not os.access(nearest, os.W_OK | os.X_OK):
+        raise RecordingError(output, "", "cannot be written", "check permissions, or give another name to --output")
 
 
 def _recorded(path: Path) -> dict[str, Any]:
@@ -93,14 +111,13 @@ def _recorded(path: Path) -> dict[str, Any]:
 class _Progress:
     """A bar on stderr, where there is a terminal."""
 
-    def __init__(self, title: str, *, quiet: bool) -> None:
+    def __init__(self, title: str) -> None:
         from rich.console import Console
         from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
         console = Console(stderr=True)
         columns = (TextColumn(title), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
-        hidden = quiet or not console.is_terminal
-        self._bar = Progress(*columns, console=console, transient=True, disable=hidden)
+        self._bar = Progress(*columns, console=console, transient=True, disable=not console.is_terminal)
         self._task = self._bar.add_task(title, total=None)
         self.done = self.total = 0
 
@@ -119,66 +136,3 @@ class _Progress:
         """Show how much is done."""
         self.done, self.total = done, total
         self._bar.update(self._task, completed=done, total=total)
-
-
-def _write(result: StudyResult, output: Path, *, draw_figures: bool, as_json: bool) -> None:
-    from bingham.io.atomic import replaced
-
-    output.mkdir(parents=True, exist_ok=True)
-    paths: list[Path] = []
-    if draw_figures:
-        from bingham.plot.studies import draw
-
-        for name, figure in draw(result).items():
-            path = output / f"{result.study}-{name}.png"
-            with replaced(path) as temporary:
-                figure.savefig(temporary, dpi=150)
-            paths.append(path)
-    report = result.as_dict() | {"figures": [str(path) for path in paths]}
-    with replaced(output / f"{result.study}.json") as temporary:
-        temporary.write_text(json.dumps(report, indent=2) + "\n", encoding="utf-8")
-    with replaced(output / f"{result.study}.csv") as temporary:
-        temporary.write_text(_csv(result), encoding="utf-8")
-    if as_json:
-        typer.echo(json.dumps(report))
-        return
-    _print_table(result)
-    typer.echo(f"table and figures in {output}/")
-
-
-def _csv(result: StudyResult) -> str:
-    import csv
-    import io
-
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(["case", "filter", "metric", "value", "stderr", "paper"])
-    writer.writerows([r.case, r.filter, r.metric, r.value, r.stderr, r.paper] for r in result.table)
-    return text.getvalue()
-
-
-def _print_table(result: StudyResult) -> None:
-    from rich.console import Console
-    from rich.table import Table
-
-    table = Table(title=f"{result.study}: {result.runs} runs, seed {result.seed}")
-    table.add_column("case", overflow="fold", min_width=20)
-    for name in ("filter", "metric"):
-        table.add_column(name, no_wrap=True)
-    for name in ("value", "± s.e.", "paper"):
-        table.add_column(name, justify="right", no_wrap=True)
-    for row in result.table:
-        stderr = "" if row.stderr is None else _number(row.stderr, 2)
-        paper = "" if row.paper is None else _number(row.paper, 4)
-        table.add_row(row.case, row.filter, row.metric, _number(row.value, 4), stderr, paper)
-    console = Console()
-    # Lines that wrap badly in a narrow pipe are worse than long ones.
-    console.width = console.width if console.is_terminal else 130
-    console.print(table)
-    for metric in sorted({row.metric for row in result.table} & set(MEANINGS)):
-        console.print(f"{metric}: {MEANINGS[metric]}", style="dim", highlight=False)
-
-
-def _number(x: float, digits: int) -> str:
-    """Return x with so many significant digits, or as a whole number where that has more."""
-    return f"{x:.0f}" if abs(x) >= 10.0 ** (digits - 1) else f"{x:.{digits}g}"

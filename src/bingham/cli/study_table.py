@@ -1,0 +1,86 @@
+"""What `bingham reproduce` leaves behind: table and figures in files, and the table on the terminal."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import typer
+
+if TYPE_CHECKING:
+    from bingham.studies.study import StudyResult
+
+__all__ = ["write_result"]
+
+# What the names of the metrics do not say themselves.
+MEANINGS = {
+    "coverage_95": "share of the true values within the filter's 95 % region",
+    "kl": "Kullback–Leibler divergence between the approximation and the true law, nat",
+    "us_per_step": "microseconds for one step of prediction and update",
+    "wins": "number of runs in which the filter has the smaller error",
+}
+
+
+def write_result(result: StudyResult, output: Path, *, draw_figures: bool, as_json: bool) -> None:
+    """Write table and figures into a folder, and print the table, or one JSON object."""
+    from bingham.io.atomic import replaced
+
+    output.mkdir(parents=True, exist_ok=True)
+    paths: list[Path] = []
+    if draw_figures:
+        from bingham.plot.studies import draw
+
+        for name, figure in draw(result).items():
+            path = output / f"{result.study}-{name}.png"
+            with replaced(path) as temporary:
+                figure.savefig(temporary, dpi=150)
+            paths.append(path)
+    report = result.as_dict() | {"figures": [str(path) for path in paths]}
+    with replaced(output / f"{result.study}.json") as temporary:
+        temporary.write_text(json.dumps(report, indent=2) + "\n", encoding="utf-8")
+    with replaced(output / f"{result.study}.csv") as temporary:
+        temporary.write_text(_csv(result), encoding="utf-8")
+    if as_json:
+        typer.echo(json.dumps(report))
+        return
+    _print_table(result)
+    typer.echo(f"table and figures in {output}/")
+
+
+def _csv(result: StudyResult) -> str:
+    import csv
+    import io
+
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(["case", "filter", "metric", "value", "stderr", "paper"])
+    writer.writerows([r.case, r.filter, r.metric, r.value, r.stderr, r.paper] for r in result.table)
+    return text.getvalue()
+
+
+def _print_table(result: StudyResult) -> None:
+    from rich.console import Console
+    from rich.table import Table
+
+    table = Table(title=f"{result.study}: {result.runs} runs, seed {result.seed}")
+    table.add_column("case", overflow="fold", min_width=20)
+    for name in ("filter", "metric"):
+        table.add_column(name, no_wrap=True)
+    for name in ("value", "± s.e.", "paper"):
+        table.add_column(name, justify="right", no_wrap=True)
+    for row in result.table:
+        stderr = "" if row.stderr is None else _number(row.stderr, 2)
+        paper = "" if row.paper is None else _number(row.paper, 4)
+        table.add_row(row.case, row.filter, row.metric, _number(row.value, 4), stderr, paper)
+    console = Console()
+    # Lines that wrap badly in a narrow pipe are worse than long ones.
+    console.width = console.width if console.is_terminal else 130
+    console.print(table)
+    for metric in sorted({row.metric for row in result.table} & set(MEANINGS)):
+        console.print(f"{metric}: {MEANINGS[metric]}", style="dim", highlight=False)
+
+
+def _number(x: float, digits: int) -> str:
+    """Return x with so many significant digits, or as a whole number where that has more."""
+    return f"{x:.0f}" if abs(x) >= 10.0 ** (digits - 1) else f"{x:.{digits}g}"
