@@ -72,11 +72,14 @@ def as_quaternion(x: ArrayLike | Rotation, *, scalar_first: bool | None = None, 
     return q if scalar_first else np.roll(q, 1, axis=-1)
 
 
+def plain(x: ArrayLike | Rotation) -> ArrayLike:
+    """Return (w, x, y, z) of a `Rotation`, anything else as it is."""
+    return x.as_quat(scalar_first=True) if isinstance(x, Rotation) else x
+
+
 def unit_rows(x: ArrayLike | Rotation, d: int | None, name: str) -> FloatArray:
     """Return x (..., d) as float64 with rows of exactly unit length; `Rotation` becomes (w, x, y, z)."""
-    if isinstance(x, Rotation):
-        x = x.as_quat(scalar_first=True)
-    a = np.array(x, dtype=np.float64)
+    a = np.array(plain(x), dtype=np.float64)
     if a.ndim == 0 or (d is not None and a.shape[-1] != d):
         raise InvalidArgumentError(name, f"shape (..., {d if d is not None else 'd'})", a.shape)
     norm = np.linalg.norm(a, axis=-1, keepdims=True)
@@ -96,9 +99,7 @@ def unit_rows(x: ArrayLike | Rotation, d: int | None, name: str) -> FloatArray:
 
 def unit_or_missing(x: ArrayLike | Rotation, d: int, name: str) -> FloatArray:
     """Return x (..., d), as `unit_rows`, where rows may be NaN throughout: missing measurements."""
-    if isinstance(x, Rotation):
-        x = x.as_quat(scalar_first=True)
-    a = np.array(x, dtype=np.float64)
+    a = np.array(plain(x), dtype=np.float64)
     if a.shape[-1:] != (d,):
         raise InvalidArgumentError(name, f"shape (..., {d})", a.shape)
     missing_rows(a, name)
@@ -130,6 +131,18 @@ def missing_rows(a: FloatArray, name: str) -> NDArray[np.bool_]:
     return missing
 
 
+def is_missing(z: Any) -> bool:
+    """Whether the measurement z is an array, of any shape, that is NaN throughout."""
+    # At once for what most measurements are.
+    if isinstance(z, np.ndarray) and z.ndim == 1 and z.size and z[0] == z[0]:
+        return False
+    try:
+        a = np.asarray(z if z is not None else (), dtype=np.float64)
+    except (TypeError, ValueError):
+        return False
+    return a.size > 0 and bool(np.isnan(a).all())
+
+
 def _at_row(index: Any, shape: tuple[int, ...]) -> str:
     """Return " at row i, j" for a flat index into rows of the given shape, nothing for a single vector."""
     return " at row " + ", ".join(str(int(i)) for i in np.unravel_index(index, shape)) if shape else ""
@@ -143,10 +156,9 @@ def unit_row(x: ArrayLike | Rotation, d: int, name: str) -> FloatArray:
             return x
         if abs(square - 1.0) <= UNIT_TOLERANCE:
             return x / math.sqrt(square)
-    if not isinstance(x, Rotation) and np.isnan(np.asarray(x, dtype=np.float64)).any():
-        remedy = "leave missing measurements out; run takes them as rows of NaN"
-        raise InvalidArgumentError(name, "a single unit vector", "NaN", remedy)
-    a = unit_rows(x, d, name)
+    a = np.atleast_1d(np.asarray(plain(x), dtype=np.float64))
+    missing_rows(a, name)
+    a = unit_rows(a, d, name)
     if a.shape != (d,):
         raise InvalidArgumentError(name, f"a single unit vector ({d},)", a.shape)
     return a

@@ -1,5 +1,7 @@
 """Baselines against closed forms, against each other, and against the Bingham filter where they must agree."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 
@@ -11,12 +13,7 @@ from bingham.filters.gaussian import GaussianState
 from bingham.filters.quaternion_ekf import QuaternionEkf
 from bingham.filters.scalar_kalman import AngleState, ScalarKalmanFilter
 from bingham.filters.second_order_ekf import SecondOrderQuaternionEkf, SpinningGaussian
-from bingham.filters.wrapped_normal import (
-    DoubledAngleState,
-    WrappedNormalFilter,
-    resultant_length,
-    von_mises_concentration,
-)
+from bingham.filters.wrapped_normal import DoubledAngleState, WrappedNormalFilter
 from bingham.metrics import geodesic_error
 from bingham.rotations import compose, from_rotation_vector
 
@@ -110,6 +107,15 @@ def test_a_missing_measurement_only_predicts(baseline):
     np.testing.assert_allclose(track.modes[5], kalman.predict(state).mode, atol=1e-13)
     assert track.log_evidence[5] == 0.0
     assert np.isfinite(track.modes).all()
+    # One row of a batch: the others are updated, this one stays bit for bit.
+    state = kalman.predict(prior((3,)))
+    rows = np.stack([z[0], z[5], z[1]])
+    after, info = kalman.update(state, rows)
+    np.testing.assert_array_equal(info.accepted, [True, False, True])
+    assert info.reason == "missing" and np.isnan(info.statistic[1]) and info.log_evidence[1] == 0.0
+    for field in dataclasses.fields(state):
+        np.testing.assert_array_equal(getattr(after, field.name)[1], getattr(state, field.name)[1])
+        assert not np.array_equal(getattr(after, field.name)[2], getattr(state, field.name)[2])
 
 
 @pytest.mark.parametrize(
@@ -147,6 +153,17 @@ def test_scalar_kalman_does_not_care_where_the_seam_is():
     assert (here >= 0).all() and (here < np.pi).all()
 
 
+def test_angles_stay_below_pi():
+    # -1e-17 modulo π rounds to π itself.
+    assert np.mod(-1e-17, np.pi) == np.pi
+    kalman = ScalarKalmanFilter(0.01, 0.05)
+    start = AngleState(np.array(0.0), np.array(0.1))
+    just_below = [1.0, -1e-17]
+    assert AngleState(np.array(-1e-17), np.array(0.1)).angle == 0.0
+    assert kalman.predict(start, just_below).angle == 0.0
+    assert 0.0 <= kalman.update(start, just_below)[0].angle < np.pi
+
+
 def test_wrapped_normal_with_matched_moments_is_the_bingham_filter():
     # A d = 2 Bingham law is a von Mises law of 2θ; with noises of equal first moment both filters do the same.
     process, measurement = Bingham([-200.0, 0.0], np.eye(2)[::-1]), Bingham([-3.0, 0.0], np.eye(2)[::-1])
@@ -164,9 +181,22 @@ def test_wrapped_normal_with_matched_moments_is_the_bingham_filter():
     np.testing.assert_allclose(found.log_evidence, track.log_evidence, atol=1e-9)
 
 
-def test_von_mises_concentration_inverts_the_resultant():
-    kappa = np.concatenate([[0.0], np.geomspace(1e-6, 1e4, 200)])
-    np.testing.assert_allclose(von_mises_concentration(resultant_length(kappa)), kappa, rtol=1e-9)
+@pytest.mark.parametrize("sigma", [1e-2, 1e-4, 3e-5, 1e-5, 1e-7])
+def test_wrapped_normal_with_narrow_noise_is_the_linear_kalman_filter(sigma):
+    # The circle is flat there: κ of 2θ is 1/(4 variance of θ), the evidence a normal density of 2θ, up to O(σ²).
+    rng = np.random.default_rng(10)
+    process, measurement = (0.1 * sigma) ** 2, sigma**2
+    angles = np.cumsum(0.1 * sigma * rng.normal(size=100)) + sigma * rng.normal(size=100)
+    track = WrappedNormalFilter(process, measurement).run(
+        DoubledAngleState(np.array(0.0), np.array(0.25 / measurement)), axes(angles)
+    )
+    start = AngleState(np.array(0.0), np.array(measurement))
+    linear = ScalarKalmanFilter(process, measurement).run(start, axes(angles))
+    tolerance = 5.0 * sigma**2 + 1e-8
+    np.testing.assert_allclose(4.0 * track.states.kappa * linear.states.variance, 1.0, atol=tolerance)
+    difference = np.mod(0.5 * track.states.direction - linear.states.angle + 0.5 * np.pi, np.pi) - 0.5 * np.pi
+    np.testing.assert_allclose(difference / sigma, 0.0, atol=tolerance)
+    np.testing.assert_allclose(track.log_evidence + np.log(2.0), linear.log_evidence, atol=10.0 * tolerance)
 
 
 def test_axial_kalman_tracks_narrow_noise_as_well_as_the_bingham_filter():
@@ -232,14 +262,77 @@ def test_second_order_ekf_finds_a_constant_spin():
     assert geodesic_error(track.modes[-1], truth[-1]) < 0.01
 
 
-def test_refusals():
-    with pytest.raises(InvalidArgumentError, match="process_variance"):
-        ScalarKalmanFilter(-1.0, 1.0)
-    with pytest.raises(InvalidArgumentError, match="measurement_covariance"):
-        AxialKalmanFilter(np.eye(2), np.eye(4))
-    with pytest.raises(InvalidArgumentError, match="positive semidefinite"):
-        QuaternionEkf(-np.eye(4), np.eye(4))
-    with pytest.raises(InvalidArgumentError, match="noise_side"):
-        QuaternionEkf(np.eye(4), np.eye(4), noise_side="up")
+def test_one_prior_serves_a_batch_and_one_recording_many_priors(baseline):
+    kalman, prior, d = baseline
+    z = signal(d, np.random.default_rng(11), (3,))
+    np.testing.assert_array_equal(kalman.run(prior(()), z).modes, kalman.run(prior((3,)), z).modes)
+    many = kalman.run(prior((2,)), z[0])
+    assert many.modes.shape == (2, z.shape[1], d) and many.log_evidence.shape == (2, z.shape[1])
+    np.testing.assert_allclose(many.modes[1], kalman.run(prior(()), z[0]).modes, atol=1e-14)
+
+
+def test_controls_that_do_not_fit_are_refused(baseline):
+    kalman, prior, d = baseline
+    z = signal(d, np.random.default_rng(12))
+    turns = np.tile(np.eye(d)[0], (len(z), 1))
+    for wrong in (turns[:-1], np.vstack([turns, turns[:1]]), turns[0]):
+        with pytest.raises(InvalidArgumentError, match="controls: expected 12 rows"):
+            kalman.run(prior(()), z, wrong)
+    turns[3] = np.nan
+    with pytest.raises(InvalidArgumentError, match=r"control: expected unit vectors .* got NaN") as caught:
+        kalman.run(prior(()), z, turns)
+    assert caught.value.__notes__ == ["in row 3 of the sequence"]
+    with pytest.raises(InvalidArgumentError, match="control: expected shape"):
+        kalman.predict(prior(()), [1.0, 0.0, 0.0])
     with pytest.raises(InvalidArgumentError, match="T >= 1"):
-        ScalarKalmanFilter(0.1, 0.1).run(AngleState(np.array(0.0), np.array(1.0)), np.empty((0, 2)))
+        kalman.run(prior(()), np.empty((0, d)))
+
+
+@pytest.mark.parametrize("shape", [(3,), (1,), ()])
+def test_measurements_of_another_length_are_refused(baseline, shape):
+    kalman, prior, _ = baseline
+    with pytest.raises(InvalidArgumentError, match="z: expected shape"):
+        kalman.update(prior(()), np.ones(shape))
+
+
+LOPSIDED = np.array([[1.0, 0.5], [0.0, 1.0]])
+
+
+@pytest.mark.parametrize(("make", "message"), [
+    (lambda: AngleState(np.array(0.1), np.array(-1.0)), "variance: expected finite numbers >= 0"),
+    (lambda: AngleState(np.array(np.nan), np.array(1.0)), "angle: expected finite"),
+    (lambda: DoubledAngleState(np.array(0.1), np.array([1.0, -1.0])), "kappa: expected finite numbers >= 0"),
+    (lambda: DoubledAngleState(np.array(np.inf), np.array(1.0)), "direction: expected finite"),
+    (lambda: GaussianState(np.array([1.0, 0.0]), LOPSIDED), "covariance: expected symmetric"),
+    (lambda: GaussianState(np.array([1.0, 0.0]), np.diag([1.0, -1.0])), "positive semidefinite"),
+    (lambda: GaussianState(np.array([1.0, 0.0]), np.eye(4)), "covariance: expected shape"),
+    (lambda: GaussianState(np.ones((3, 2)), np.tile(np.eye(2), (2, 1, 1))), "covariance: expected shape"),
+    (lambda: GaussianState(np.zeros(2), np.eye(2)), "mean: expected vectors"),
+    (lambda: GaussianState(np.array([np.nan, 0.0]), np.eye(2)), "mean: expected finite"),
+    (lambda: SpinningGaussian(IDENTITY, np.eye(4)), "state: expected a mean of shape"),
+    (lambda: SpinningGaussian(np.ones(8), np.triu(np.ones((8, 8)))), "covariance: expected symmetric"),
+    (lambda: QuaternionEkf(np.eye(4), np.eye(4)).predict(GaussianState(np.ones(2), np.eye(2))), "state: expected"),
+    (lambda: AxialKalmanFilter(np.eye(2), np.eye(2)).update(GaussianState(IDENTITY, np.eye(4)), [1.0, 0.0]), "state"),
+    (lambda: SecondOrderQuaternionEkf(np.eye(4), np.eye(4)).predict(GaussianState(IDENTITY, np.eye(4))), "state"),
+    (lambda: ScalarKalmanFilter(-1.0, 1.0), "process_variance"),
+    (lambda: WrappedNormalFilter(0.1, 0.0), "measurement_variance: expected finite numbers above 0"),
+    (lambda: ScalarKalmanFilter(0.1, np.inf), "measurement_variance"),
+    (lambda: AxialKalmanFilter(np.eye(2), np.eye(4)), "measurement_covariance"),
+    (lambda: AxialKalmanFilter(np.eye(3), np.eye(3)), "process_covariance"),
+    (lambda: QuaternionEkf(np.eye(4), np.tile(np.eye(4), (2, 1, 1))), "measurement_covariance"),
+    (lambda: QuaternionEkf(-np.eye(4), np.eye(4)), "positive semidefinite"),
+    (lambda: QuaternionEkf(np.eye(4), np.eye(4), noise_side="up"), "noise_side"),
+    (lambda: SecondOrderQuaternionEkf(np.eye(4), np.eye(4), noise_side="world"), "noise_side"),
+])  # fmt: skip
+def test_refusals(make, message):
+    with pytest.raises(InvalidArgumentError, match=message):
+        make()
+
+
+def test_a_track_can_be_taken_up_again(baseline):
+    # Rounding of earlier steps must not make a covariance that the state's own checks refuse.
+    kalman, prior, d = baseline
+    z = signal(d, np.random.default_rng(13))
+    states = kalman.run(prior(()), z[:7]).states
+    last = type(states)(*(getattr(states, f.name)[-1] for f in dataclasses.fields(states)))
+    np.testing.assert_allclose(kalman.run(last, z[7:]).modes, kalman.run(prior(()), z).modes[7:], atol=1e-13)

@@ -289,7 +289,7 @@ def test_long_runs_stay_orthonormal_and_sorted():
     (lambda f: f.run(PRIOR[4], np.eye(4), keep="some"), "keep: expected 'all' or 'last'"),
     (lambda f: f.update(PRIOR[2], [1.0, 0, 0, 0]), "state: expected a single law of dimension 4"),
     (lambda f: f.run(PRIOR[4], [[1.0, 0, 0, 0], [1.0, 0, 0, np.nan]]), "measurements: .* all NaN .* nan\\] at row 1"),
-    (lambda f: f.update(PRIOR[4], [1.0, np.nan, 0, 0]), "z: expected a single unit vector, got NaN; leave missing"),
+    (lambda f: f.update(PRIOR[4], [1.0, np.nan, 0, 0]), "z: expected complete rows, or all NaN where missing"),
     (lambda f: BinghamFilter(*NOISE[4], noise_side="front"), "noise_side"),
     (lambda f: BinghamFilter(NOISE[4][0], NOISE[2][1]), "measurement_noise: expected dimension 4"),
     (lambda f: Gate(1.5), "probability"),

@@ -3,9 +3,8 @@ import pytest
 
 from bingham import Bingham
 from bingham.errors import InvalidArgumentError
-from bingham.filters.bank import BankState, FilterBank
 from bingham.filters.first_order import BinghamFilter
-from bingham.filters.second_order import SecondOrderBinghamFilter, SpinState, classify_spin
+from bingham.filters.second_order import SecondOrderBinghamFilter, SpinState
 from bingham.metrics import geodesic_error
 from bingham.models.sensors import OrientationSensor
 from bingham.rotations import compose, from_rotation_vector
@@ -119,26 +118,6 @@ def test_the_likelier_interpretation_is_used():
     assert 2.0 * geodesic_error(wrong.mode, truth[-1]) > 1.0
 
 
-def test_a_bank_selects_the_hypothesis_that_made_the_data():
-    rng = np.random.default_rng(6)
-    types = from_rotation_vector([[0.8, 0, 0], [0, 1.2, 0], [0, 0, -1.6], [-0.8, 0, 0]])
-    f = SecondOrderBinghamFilter(PROCESS, NOISE)
-    bank = FilterBank([f])
-    priors = [Bingham([-30.0] * 3 + [0.0], NEAR).rotate(left=s) for s in types]
-    for kind, spin in enumerate(types):
-        _, z = flight(rng, spin, 12)
-        state = BankState([SpinState(Bingham.uniform(4), prior) for prior in priors])
-        total = 0.0
-        for row in z:
-            state, info = bank.update(bank.predict(state), row)
-            total += info.log_evidence
-        assert state.best == kind
-        assert classify_spin(state.selected.spin, types)[0] == kind
-        assert state.probabilities.sum() == pytest.approx(1.0)
-        # The bank is a mixture: its evidence is the mean of its members'.
-        assert total == pytest.approx(np.log(np.mean(np.exp(state.totals - state.totals.max()))) + state.totals.max())
-
-
 def test_refusals():
     with pytest.raises(InvalidArgumentError, match="noise_side"):
         SecondOrderBinghamFilter(PROCESS, NOISE, noise_side="below")
@@ -147,7 +126,7 @@ def test_refusals():
     with pytest.raises(InvalidArgumentError, match="shape"):
         f = SecondOrderBinghamFilter(PROCESS, NOISE)
         f.update(SpinState(Bingham.uniform(4), Bingham.uniform(4)), [1.0, 0.0])
-    with pytest.raises(InvalidArgumentError, match="members"):
-        FilterBank([])
-    with pytest.raises(InvalidArgumentError, match="one for each filter"):
-        FilterBank([f, f]).predict(BankState([SpinState(Bingham.uniform(4), Bingham.uniform(4))]))
+    with pytest.raises(InvalidArgumentError, match="process_noise: expected a single law of dimension 4"):
+        SecondOrderBinghamFilter(Bingham.uniform(2), Bingham.uniform(2))
+    with pytest.raises(InvalidArgumentError, match="measurement_noise: expected a single law of dimension 4"):
+        SecondOrderBinghamFilter(PROCESS, NOISE.rotate(left=np.eye(4)))

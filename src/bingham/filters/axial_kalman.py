@@ -6,18 +6,12 @@ from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from scipy.spatial.transform import Rotation
 
 from bingham.errors import InvalidArgumentError
-from bingham.filters.gaussian import (
-    GaussianState,
-    KalmanInfo,
-    KalmanTrack,
-    covariance_matrix,
-    kalman_update,
-    mirrored,
-    run_steps,
-)
-from bingham.rotations import compose, right_matrix
+from bingham.filters.checks import check_state, covariance_matrix, noise_covariance, unchecked
+from bingham.filters.gaussian import GaussianState, KalmanInfo, KalmanTrack, kalman_update, mirrored, run_steps
+from bingham.rotations import compose, right_matrix, unit_rows
 
 __all__ = ["AxialKalmanFilter"]
 
@@ -50,28 +44,36 @@ class AxialKalmanFilter:
 
     def __post_init__(self) -> None:
         w = covariance_matrix(self.process_covariance, None, "process_covariance")
-        if w.shape[0] not in (2, 4):
+        if w.shape not in ((2, 2), (4, 4)):
             raise InvalidArgumentError("process_covariance", "shape (2, 2) or (4, 4)", w.shape)
-        v = covariance_matrix(self.measurement_covariance, w.shape[0], "measurement_covariance")
+        v = noise_covariance(self.measurement_covariance, len(w), "measurement_covariance")
         object.__setattr__(self, "_w", w)
         object.__setattr__(self, "_v", v)
 
-    def predict(self, state: GaussianState, control: ArrayLike | None = None, dt: float | None = None) -> GaussianState:
+    def predict(
+        self, state: GaussianState, control: ArrayLike | Rotation | None = None, dt: float | None = None
+    ) -> GaussianState:
         """Return the state of x ⊕ u + w for a known rotation u (..., d)."""
+        d = len(self._w)
+        check_state(state.mean, d)
         mean, covariance = state.mean, state.covariance
         if control is not None:
-            turn = right_matrix(control)
-            mean = compose(mean, control)
+            u = unit_rows(control, d, "control")
+            turn = right_matrix(u)
+            mean = compose(mean, u)
             covariance = turn @ covariance @ np.swapaxes(turn, -1, -2)
-        return GaussianState(mean, covariance + self._w)
+        return unchecked(GaussianState, mean=mean, covariance=covariance + self._w)
 
-    def update(self, state: GaussianState, z: ArrayLike) -> tuple[GaussianState, KalmanInfo]:
+    def update(self, state: GaussianState, z: ArrayLike | Rotation) -> tuple[GaussianState, KalmanInfo]:
         """Return the state given the measurement ±z (..., d); NaN is a missing measurement."""
+        d = len(self._w)
+        check_state(state.mean, d)
         innovation = mirrored(z, state.mean) - state.mean
-        identity = np.eye(state.mean.shape[-1])
-        mean, covariance, info = kalman_update(state, innovation, identity, self._v)
-        return GaussianState(mean / np.linalg.norm(mean, axis=-1, keepdims=True), covariance), info
+        mean, covariance, info = kalman_update(state.mean, state.covariance, innovation, np.eye(d), self._v)
+        return unchecked(GaussianState, mean=mean, covariance=covariance), info
 
-    def run(self, prior: GaussianState, measurements: ArrayLike, controls: ArrayLike | None = None) -> KalmanTrack:
+    def run(
+        self, prior: GaussianState, measurements: ArrayLike | Rotation, controls: ArrayLike | Rotation | None = None
+    ) -> KalmanTrack[GaussianState]:
         """Predict, then update, for every row of measurements (..., T, d)."""
         return run_steps(self, prior, measurements, controls)

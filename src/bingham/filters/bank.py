@@ -4,15 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from scipy.spatial.transform import Rotation
 
 from bingham.errors import InvalidArgumentError
-from bingham.filters.protocol import UpdateInfo
+from bingham.filters.protocol import Filter, Info
 
-__all__ = ["BankState", "FilterBank"]
+__all__ = ["BankInfo", "BankState", "FilterBank"]
 
 FloatArray = NDArray[np.float64]
 
@@ -27,15 +28,27 @@ class BankState:
         One state for each filter; different priors are different hypotheses.
     log_evidence : (k,) array_like, optional
         What each has gathered so far; log prior probabilities of the hypotheses at the start, equal unless given.
+        −∞ rules a hypothesis out.
     """
 
     states: Sequence[Any]
-    log_evidence: FloatArray | None = None
+    log_evidence: ArrayLike | None = None
+
+    def __post_init__(self) -> None:
+        if not len(self.states):
+            raise InvalidArgumentError("states", "at least one", "none")
+        count = len(self.states)
+        totals = np.zeros(count) if self.log_evidence is None else np.array(self.log_evidence, dtype=np.float64)
+        if totals.shape != (count,):
+            raise InvalidArgumentError("log_evidence", f"shape ({count},), one for each state", f"shape {totals.shape}")
+        if np.isnan(totals).any() or not -np.inf < totals.max() < np.inf:
+            raise InvalidArgumentError("log_evidence", "numbers below +∞, not all of them −∞", totals)
+        object.__setattr__(self, "log_evidence", totals)
 
     @property
     def totals(self) -> FloatArray:
         """Log-evidence (k,)."""
-        return np.zeros(len(self.states)) if self.log_evidence is None else self.log_evidence
+        return self.log_evidence  # type: ignore[return-value]
 
     @property
     def best(self) -> int:
@@ -58,6 +71,19 @@ class BankState:
         return self.selected.mode
 
 
+class BankInfo(NamedTuple):
+    """What an update of a bank says about itself.
+
+    ``log_evidence``: that of the bank as a mixture of its hypotheses. ``accepted``: whether any member was updated.
+    ``reason``: why none was, in the words of the best one; empty otherwise. ``members``: what each says.
+    """
+
+    log_evidence: float
+    accepted: bool
+    reason: str
+    members: tuple[Info, ...]
+
+
 @dataclass(frozen=True)
 class FilterBank:
     """Several filters, or one filter for several priors, fed the same measurements.
@@ -65,7 +91,7 @@ class FilterBank:
     Parameters
     ----------
     members : sequence of filters
-        Any with ``predict`` and ``update`` whose info carries ``log_evidence``; a single one serves all states.
+        Any of the package, or what has their `protocol.Filter` shape; a single one serves all states.
 
     Examples
     --------
@@ -79,7 +105,7 @@ class FilterBank:
     1
     """
 
-    members: Sequence[Any]
+    members: Sequence[Filter[Any, Info]]
 
     def __post_init__(self) -> None:
         if not len(self.members):
@@ -91,15 +117,20 @@ class FilterBank:
             raise InvalidArgumentError("state", f"{len(members)} states, one for each filter", len(state.states))
         return list(zip(members, state.states, strict=True))
 
-    def predict(self, state: BankState, control: ArrayLike | None = None, dt: float | None = None) -> BankState:
+    def predict(
+        self, state: BankState, control: ArrayLike | Rotation | None = None, dt: float | None = None
+    ) -> BankState:
         """Return the members' predictions."""
         return BankState([f.predict(s, control, dt) for f, s in self._pairs(state)], state.totals)
 
-    def update(self, state: BankState, z: ArrayLike, **options: Any) -> tuple[BankState, UpdateInfo]:
-        """Return the members' posteriors; ``log_evidence`` is that of the bank as a mixture of its hypotheses."""
-        results = [f.update(s, z, **options) for f, s in self._pairs(state)]
-        totals = state.totals + np.array([info.log_evidence for _, info in results])
-        log_evidence = float(np.logaddexp.reduce(totals) - np.logaddexp.reduce(state.totals))
-        new = BankState([s for s, _ in results], totals)
-        best = results[new.best][1]
-        return new, UpdateInfo(log_evidence, best.statistic, np.inf, True, "")
+    def update(self, state: BankState, z: ArrayLike | Rotation, **options: Any) -> tuple[BankState, BankInfo]:
+        """Return the members' posteriors; further options go to all members' ``update``."""
+        results: list[tuple[Any, Info]] = [f.update(s, z, **options) for f, s in self._pairs(state)]
+        infos = tuple(info for _, info in results)
+        gained = np.array([info.log_evidence for info in infos])
+        if gained.shape != state.totals.shape:
+            raise InvalidArgumentError("state", "single states", f"evidence {gained.shape}", "one bank a recording")
+        new = BankState([s for s, _ in results], state.totals + gained)
+        log_evidence = float(np.logaddexp.reduce(new.totals) - np.logaddexp.reduce(state.totals))
+        accepted = any(bool(info.accepted) for info in infos)
+        return new, BankInfo(log_evidence, accepted, "" if accepted else infos[new.best].reason, infos)

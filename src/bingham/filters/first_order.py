@@ -11,13 +11,15 @@ from scipy.spatial.transform import Rotation
 
 from bingham.distributions.bingham import Bingham
 from bingham.errors import InvalidArgumentError
+from bingham.filters.checks import check_noise_side
 from bingham.filters.gate import Gate
-from bingham.filters.protocol import UpdateInfo
+from bingham.filters.protocol import MISSING, UpdateInfo
 from bingham.filters.sequence import run_conjugate
 from bingham.filters.stepwise import run_rows
 from bingham.filters.track import Track
 from bingham.models.motion import Diffusion, Gyroscope, MotionModel, NoisyIdentity
 from bingham.models.sensors import OrientationSensor, Sensor, condition
+from bingham.rotations import is_missing, plain
 
 __all__ = ["BinghamFilter"]
 
@@ -55,8 +57,7 @@ class BinghamFilter:
     gate: Gate | None = None
 
     def __post_init__(self) -> None:
-        if self.noise_side not in ("right", "left"):
-            raise InvalidArgumentError("noise_side", "'right' or 'left'", repr(self.noise_side))
+        check_noise_side(self.noise_side)
         left = self.noise_side == "left"
         w, v = self.process_noise, self.measurement_noise
         put = object.__setattr__
@@ -77,37 +78,40 @@ class BinghamFilter:
         """The sensor model."""
         return self._sensor  # type: ignore[attr-defined,no-any-return]
 
-    def predict(self, state: Bingham, control: ArrayLike | None = None, dt: float | None = None) -> Bingham:
+    def predict(self, state: Bingham, control: ArrayLike | Rotation | None = None, dt: float | None = None) -> Bingham:
         """Law of x ⊕ u ⊕ w for x ~ `state`, w ~ the process noise (Kurz et al. 2014, eq. 47).
 
         Parameters
         ----------
         state : Bingham
             A single law.
-        control : (d,) or (3,) array_like, optional
+        control : (d,) or (3,) array_like or Rotation, optional
             Known rotation u, or the angular rate in rad/s for a `Gyroscope`.
         dt : float, optional
-            Seconds, for motion models in continuous time.
+            Seconds, for motion models in continuous time; noise given once per step does not depend on it.
         """
-        return self.motion.propagate(state, control, dt)
+        return self.motion.propagate(state, None if control is None else plain(control), dt)
 
-    def update(self, state: Bingham, z: ArrayLike) -> tuple[Bingham, UpdateInfo]:
+    def update(self, state: Bingham, z: ArrayLike | Rotation) -> tuple[Bingham, UpdateInfo]:
         """Posterior ∝ f(z | x) f(x): the sensor's likelihood matrix is added (Kurz et al. 2014, eq. 53).
 
         Parameters
         ----------
         state : Bingham
             The prediction, a single law.
-        z : array_like
-            The measurement, as the sensor takes it; for Bingham noise a unit vector (d,).
+        z : array_like or Rotation
+            The measurement, as the sensor takes it; for Bingham noise a unit vector (d,). NaN throughout if missing.
 
         Returns
         -------
         Bingham
-            The posterior, or `state` itself if the gate refuses.
+            The posterior, or `state` itself if the gate refuses or nothing was measured.
         UpdateInfo
             log_evidence = log F(A + L) − log F(A) − log F(noise), the gate's statistic, threshold, decision and reason.
         """
+        z = plain(z)
+        if is_missing(z):
+            return state, MISSING
         posterior, top, log_noise, rank = condition(state, self.sensor, z)
         log_evidence = float(posterior.log_normalizer + top - state.log_normalizer - log_noise)
         threshold = math.inf if self.gate is None else self.gate.threshold(rank)

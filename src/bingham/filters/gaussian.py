@@ -5,16 +5,19 @@ Every function takes leading batch axes, so that many recordings are filtered si
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Any, NamedTuple
+from dataclasses import dataclass, fields
+from typing import Any, Generic, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from scipy.spatial.transform import Rotation
 
 from bingham.errors import InvalidArgumentError
+from bingham.filters.checks import covariance_matrix, finite, unchecked
+from bingham.filters.protocol import Filter, State, each_step
 from bingham.rotations import unit_or_missing
 
-__all__ = ["GaussianState", "KalmanInfo", "KalmanTrack", "covariance_matrix", "kalman_update", "mirrored", "run_steps"]
+__all__ = ["GaussianState", "KalmanInfo", "KalmanTrack", "kalman_update", "mirrored", "put_moments", "run_steps"]
 
 FloatArray = NDArray[np.float64]
 
@@ -34,24 +37,56 @@ class GaussianState:
     mean: FloatArray
     covariance: FloatArray
 
+    def __post_init__(self) -> None:
+        put_moments(self, self.mean, self.covariance)
+
     @property
     def mode(self) -> FloatArray:
         """The mean, scaled to unit length (..., d)."""
         return self.mean / np.linalg.norm(self.mean, axis=-1, keepdims=True)
 
 
+def put_moments(state: Any, mean: ArrayLike, covariance: ArrayLike) -> None:
+    """Check a state's mean (..., d) and covariance (..., d, d) and set them, with leading axes alike."""
+    m = finite(mean, "mean")
+    if m.ndim == 0 or not np.all(np.any(m != 0.0, axis=-1)):
+        raise InvalidArgumentError("mean", "vectors (..., d) other than 0", m)
+    d = m.shape[-1]
+    c = covariance_matrix(covariance, d, "covariance")
+    try:
+        batch = np.broadcast_shapes(m.shape[:-1], c.shape[:-2])
+    except ValueError:
+        raise InvalidArgumentError("covariance", f"shape {(*m.shape, d)}, as the mean", c.shape) from None
+    object.__setattr__(state, "mean", np.broadcast_to(m, (*batch, d)))
+    object.__setattr__(state, "covariance", np.broadcast_to(c, (*batch, d, d)))
+
+
 class KalmanInfo(NamedTuple):
-    """``log_evidence`` (...): log N(innovation; 0, S). ``statistic`` (...): innovationᵀ S⁻¹ innovation."""
+    """What an update says about itself.
+
+    ``log_evidence`` (...): log N(innovation; 0, S), 0 where z is missing. ``statistic`` (...): innovationᵀ S⁻¹
+    innovation, NaN where z is missing.
+    """
 
     log_evidence: FloatArray
     statistic: FloatArray
 
+    @property
+    def accepted(self) -> NDArray[np.bool_]:
+        """Which states (...) were updated: all but those of missing measurements."""
+        return ~np.isnan(self.statistic)
+
+    @property
+    def reason(self) -> str:
+        """Why not all of them: "missing"; empty otherwise."""
+        return "" if self.accepted.all() else "missing"
+
 
 @dataclass(frozen=True, slots=True, eq=False)
-class KalmanTrack:
+class KalmanTrack(Generic[State]):
     """States after each update, as one state with leading axes (..., T), and the log-evidence (..., T)."""
 
-    states: Any
+    states: State
     log_evidence: FloatArray
 
     @property
@@ -60,66 +95,53 @@ class KalmanTrack:
         return self.states.mode
 
 
-def covariance_matrix(x: ArrayLike, d: int | None, name: str) -> FloatArray:
-    """Return x (d, d) as float64, checked to be symmetric and positive semidefinite."""
-    c = np.asarray(x, dtype=np.float64)
-    if c.ndim != 2 or c.shape[0] != c.shape[1] or (d is not None and c.shape[0] != d):
-        raise InvalidArgumentError(name, f"shape ({d}, {d})" if d else "shape (d, d)", c.shape)
-    if not np.all(np.isfinite(c)) or not np.allclose(c, c.T, rtol=1e-8, atol=0.0):
-        raise InvalidArgumentError(name, "a finite symmetric matrix", c)
-    if np.linalg.eigvalsh(c)[0] < -1e-12 * np.abs(c).max(initial=0.0):
-        raise InvalidArgumentError(
-            name, "a positive semidefinite matrix", f"smallest eigenvalue {np.linalg.eigvalsh(c)[0]:.3g}"
-        )
-    return c
-
-
-def mirrored(z: ArrayLike, towards: FloatArray) -> FloatArray:
+def mirrored(z: ArrayLike | Rotation, towards: FloatArray) -> FloatArray:
     """Return ±z (..., d), whichever is closer to ``towards`` (..., d) (Kurz et al. 2014, §7, modification 1)."""
     a = unit_or_missing(z, towards.shape[-1], "z")
     return np.where(np.sum(a * towards, axis=-1, keepdims=True) < 0.0, -a, a)
 
 
 def kalman_update(
-    state: GaussianState, innovation: FloatArray, H: FloatArray, R: FloatArray
+    mean: FloatArray, covariance: FloatArray, innovation: FloatArray, H: FloatArray, R: FloatArray
 ) -> tuple[FloatArray, FloatArray, KalmanInfo]:
     """Return mean, covariance and info for innovation = z − h(mean), h's Jacobian H (..., m, d), noise R (..., m, m).
 
-    Where the innovation is NaN the measurement is missing: the state stays, its evidence is 0.
+    The mean's vectors of length m, one after the other, are scaled to unit length. Where the innovation is NaN the
+    measurement is missing: the state stays, its evidence is 0.
     """
-    P = state.covariance
+    m = innovation.shape[-1]
     missing = np.any(np.isnan(innovation), axis=-1)
     e = np.where(missing[..., None], 0.0, innovation)
-    PHt = P @ np.swapaxes(H, -1, -2)
+    PHt = covariance @ np.swapaxes(H, -1, -2)
     S = H @ PHt + R
     gain = np.swapaxes(np.linalg.solve(S, np.swapaxes(PHt, -1, -2)), -1, -2)
     gain = np.where(missing[..., None, None], 0.0, gain)
-    mean = state.mean + np.einsum("...ij,...j->...i", gain, e)
-    I_KH = np.eye(P.shape[-1]) - gain @ H
+    moved = mean + np.einsum("...ij,...j->...i", gain, e)
+    parts = moved.reshape(*moved.shape[:-1], -1, m)
+    scaled = (parts / np.linalg.norm(parts, axis=-1, keepdims=True)).reshape(moved.shape)
+    I_KH = np.eye(mean.shape[-1]) - gain @ H
     # Joseph's form stays symmetric and positive semidefinite.
-    covariance = I_KH @ P @ np.swapaxes(I_KH, -1, -2) + gain @ R @ np.swapaxes(gain, -1, -2)
+    P = I_KH @ covariance @ np.swapaxes(I_KH, -1, -2) + gain @ R @ np.swapaxes(gain, -1, -2)
     statistic = np.einsum("...i,...i->...", e, np.linalg.solve(S, e[..., None])[..., 0])
-    log_evidence = -0.5 * (statistic + np.linalg.slogdet(S)[1] + e.shape[-1] * np.log(2.0 * np.pi))
-    return mean, covariance, KalmanInfo(np.where(missing, 0.0, log_evidence), np.where(missing, np.nan, statistic))
+    log_evidence = -0.5 * (statistic + np.linalg.slogdet(S)[1] + m * np.log(2.0 * np.pi))
+    info = KalmanInfo(np.where(missing, 0.0, log_evidence), np.where(missing, np.nan, statistic))
+    return np.where(missing[..., None], moved, scaled), P, info
 
 
-def run_steps(kalman: Any, prior: Any, measurements: ArrayLike, controls: ArrayLike | None = None) -> KalmanTrack:
-    """Predict, then update, for every row of measurements (..., T, d); controls (..., T, d) are known rotations.
-
-    A row of NaN is a missing measurement.
-    """
-    y = np.asarray(measurements, dtype=np.float64)
-    u = None if controls is None else np.asarray(controls, dtype=np.float64)
-    if y.ndim < 2 or y.shape[-2] == 0:
-        raise InvalidArgumentError("measurements", "shape (..., T, d) with T >= 1", y.shape)
-    state = prior
-    kept: list[Any] = []
-    evidence: list[FloatArray] = []
-    for t in range(y.shape[-2]):
-        state = kalman.predict(state, None if u is None else u[..., t, :])
-        state, info = kalman.update(state, y[..., t, :])
-        kept.append(state)
-        evidence.append(info.log_evidence)
-    batch = y.ndim - 2
-    fields = [np.stack([getattr(s, name) for s in kept], axis=batch) for name in type(state).__dataclass_fields__]
-    return KalmanTrack(type(state)(*fields), np.stack(evidence, axis=-1))
+def run_steps(
+    kalman: Filter[State, KalmanInfo],
+    prior: State,
+    measurements: ArrayLike | Rotation,
+    controls: ArrayLike | Rotation | None = None,
+) -> KalmanTrack[State]:
+    """Return the track of `each_step`, measurements and controls (..., T, d); a row of NaN is a missing measurement."""
+    results = list(each_step(kalman, prior, measurements, controls))
+    if not results:
+        raise InvalidArgumentError("measurements", "shape (..., T, d) with T >= 1", "no rows")
+    evidence = [info.log_evidence for _, info in results]
+    cls, axis = type(prior), evidence[0].ndim
+    columns = {
+        f.name: np.stack([getattr(state, f.name) for state, _ in results], axis=axis)
+        for f in fields(cls)  # type: ignore[arg-type]
+    }
+    return KalmanTrack(unchecked(cls, **columns), np.stack(evidence, axis=-1))

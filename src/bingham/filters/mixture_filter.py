@@ -8,14 +8,17 @@ from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
+from scipy.spatial.transform import Rotation
 from scipy.special import logsumexp
 
 from bingham.distributions.bingham import Bingham
 from bingham.distributions.mixture import BinghamMixture, log_area
 from bingham.errors import InvalidArgumentError
-from bingham.filters.protocol import UpdateInfo
+from bingham.filters.checks import check_noise_side
+from bingham.filters.protocol import MISSING, UpdateInfo
 from bingham.models.motion import MotionModel, NoisyIdentity
 from bingham.models.sensors import OrientationSensor, Sensor, condition
+from bingham.rotations import is_missing, plain
 
 __all__ = ["MixtureFilter", "ambiguous_noise"]
 
@@ -77,8 +80,7 @@ class MixtureFilter:
     merge_cost: float = 1e-4
 
     def __post_init__(self) -> None:
-        if self.noise_side not in ("right", "left"):
-            raise InvalidArgumentError("noise_side", "'right' or 'left'", repr(self.noise_side))
+        check_noise_side(self.noise_side)
         if self.max_components < 1:
             raise InvalidArgumentError("max_components", "at least one", self.max_components)
 
@@ -97,17 +99,19 @@ class MixtureFilter:
         return [OrientationSensor(v, left) if isinstance(v, Bingham) else v], [1.0], 0.0
 
     def predict(
-        self, state: BinghamMixture, control: ArrayLike | None = None, dt: float | None = None
+        self, state: BinghamMixture, control: ArrayLike | Rotation | None = None, dt: float | None = None
     ) -> BinghamMixture:
         """Move every component by the motion model; a uniform background stays uniform."""
+        control = None if control is None else plain(control)
         moved = [self.motion.propagate(state.components[k], control, dt) for k in range(state.size)]
         return BinghamMixture(state.weights, _batch(moved), state.background)
 
-    def update(self, state: BinghamMixture, z: ArrayLike) -> tuple[BinghamMixture, UpdateInfo]:
+    def update(self, state: BinghamMixture, z: ArrayLike | Rotation) -> tuple[BinghamMixture, UpdateInfo]:
         """Posterior ∝ f(z | x) f(x): every component meets every component of the noise.
 
         Hypothesis (k, m) has the matrix Aₖ + L_m(z) and the weight αₖ β_m F(Aₖ + L_m) / (F(Aₖ) F(L_m)); outliers
         leave a component as it was, with weight αₖ β₀ / area. Light hypotheses are then dropped, alike ones merged.
+        NaN throughout is a missing measurement.
 
         Returns
         -------
@@ -116,6 +120,9 @@ class MixtureFilter:
         UpdateInfo
             Its log_evidence is exact, before dropping and merging; the statistic is the least one of all hypotheses.
         """
+        z = plain(z)
+        if is_missing(z):
+            return state, MISSING
         sensors, shares, outliers = self._sensors()
         laws, weights = state.laws()
         found: list[Bingham] = []

@@ -11,18 +11,11 @@ from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from scipy.spatial.transform import Rotation
 
-from bingham.errors import InvalidArgumentError
-from bingham.filters.gaussian import (
-    GaussianState,
-    KalmanInfo,
-    KalmanTrack,
-    covariance_matrix,
-    kalman_update,
-    mirrored,
-    run_steps,
-)
-from bingham.rotations import left_matrix, right_matrix
+from bingham.filters.checks import check_noise_side, check_state, noise_covariance, unchecked
+from bingham.filters.gaussian import GaussianState, KalmanInfo, KalmanTrack, kalman_update, mirrored, run_steps
+from bingham.rotations import left_matrix, right_matrix, unit_rows
 
 __all__ = ["QuaternionEkf", "noise_about", "projection_jacobian"]
 
@@ -73,36 +66,42 @@ class QuaternionEkf:
     _v: FloatArray = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
-        if self.noise_side not in ("left", "right"):
-            raise InvalidArgumentError("noise_side", "'left' or 'right'", repr(self.noise_side))
-        object.__setattr__(self, "_w", covariance_matrix(self.process_covariance, 4, "process_covariance"))
-        object.__setattr__(self, "_v", covariance_matrix(self.measurement_covariance, 4, "measurement_covariance"))
+        check_noise_side(self.noise_side)
+        object.__setattr__(self, "_w", noise_covariance(self.process_covariance, 4, "process_covariance"))
+        object.__setattr__(self, "_v", noise_covariance(self.measurement_covariance, 4, "measurement_covariance"))
 
-    def predict(self, state: GaussianState, control: ArrayLike | None = None, dt: float | None = None) -> GaussianState:
+    def predict(
+        self, state: GaussianState, control: ArrayLike | Rotation | None = None, dt: float | None = None
+    ) -> GaussianState:
         """Return the state one step later, turned by the control u (..., 4)."""
+        check_state(state.mean, 4)
         left = self.noise_side == "left"
         mean, covariance = state.mean, state.covariance
         if control is not None:
-            turn = left_matrix(control) if left else right_matrix(control)
+            u = unit_rows(control, 4, "control")
+            turn = left_matrix(u) if left else right_matrix(u)
             mean = np.einsum("...ij,...j->...i", turn, mean)
             covariance = turn @ covariance @ np.swapaxes(turn, -1, -2)
         noise = noise_about(mean, self._w, left) if self.rotate_noise else self._w
-        return GaussianState(mean, covariance + noise)
+        return unchecked(GaussianState, mean=mean, covariance=covariance + noise)
 
     def update(
-        self, state: GaussianState, z: ArrayLike, covariance: ArrayLike | None = None
+        self, state: GaussianState, z: ArrayLike | Rotation, covariance: ArrayLike | None = None
     ) -> tuple[GaussianState, KalmanInfo]:
         """Return the state given ±z (..., 4); NaN is a missing measurement.
 
         ``covariance`` (4, 4) replaces the measurement noise for this update.
         """
-        noise = self._v if covariance is None else covariance_matrix(covariance, 4, "covariance")
+        check_state(state.mean, 4)
+        noise = self._v if covariance is None else noise_covariance(covariance, 4, "covariance")
         unit, H = projection_jacobian(state.mean)
         if self.rotate_noise:
             noise = noise_about(unit, noise, self.noise_side == "left")
-        mean, P, info = kalman_update(state, mirrored(z, unit) - unit, H, noise)
-        return GaussianState(mean / np.linalg.norm(mean, axis=-1, keepdims=True), P), info
+        mean, P, info = kalman_update(state.mean, state.covariance, mirrored(z, unit) - unit, H, noise)
+        return unchecked(GaussianState, mean=mean, covariance=P), info
 
-    def run(self, prior: GaussianState, measurements: ArrayLike, controls: ArrayLike | None = None) -> KalmanTrack:
+    def run(
+        self, prior: GaussianState, measurements: ArrayLike | Rotation, controls: ArrayLike | Rotation | None = None
+    ) -> KalmanTrack[GaussianState]:
         """Predict, then update, for every row of measurements (..., T, 4)."""
         return run_steps(self, prior, measurements, controls)

@@ -10,13 +10,15 @@ from typing import Any, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from scipy.spatial.transform import Rotation
 
 from bingham.distributions.bingham import Bingham
 from bingham.errors import ConvergenceError, InvalidArgumentError
+from bingham.filters.checks import check_noise_side
 from bingham.filters.sequence import time_steps
 from bingham.filters.track import Track
 from bingham.filters.user_functions import checked_log_likelihood, checked_motion
-from bingham.rotations import left_matrix, missing_rows, right_matrix, unit_rows
+from bingham.rotations import is_missing, left_matrix, missing_rows, plain, right_matrix, unit_rows
 from bingham.sampling.protocol import Sampler
 from bingham.sampling.riemannian import RiemannianSampling
 
@@ -37,13 +39,16 @@ class SampledUpdateInfo(NamedTuple):
     ``log_evidence``: log Σ w f(z|x), of all fractions together. ``effective_sample_size``: 1/Σ ŵ² with the weights ŵ
     after the update, sum 1; the smallest of all fractions, near 1 when the update rests on a single sample.
     ``fractions``: the powers of the likelihood that were fused one after the other, sum 1. ``floored``: whether
-    samples left an axis with less than `least_moment`, which was put in its place.
+    samples left an axis with less than `least_moment`, which was put in its place. ``accepted``, ``reason``: False and
+    "missing" where z is missing, with evidence 0 and no effective sample size.
     """
 
     log_evidence: float
     effective_sample_size: float
     fractions: tuple[float, ...]
     floored: bool
+    accepted: bool = True
+    reason: str = ""
 
 
 @dataclass(frozen=True)
@@ -96,8 +101,7 @@ class SampledFilter:
     least_moment: float = 1e-9
 
     def __post_init__(self) -> None:
-        if self.noise_side not in ("right", "left"):
-            raise InvalidArgumentError("noise_side", "'right' or 'left'", repr(self.noise_side))
+        check_noise_side(self.noise_side)
         if not 0.0 < self.least_share < 1.0:
             raise InvalidArgumentError("least_share", "a number in (0, 1)", self.least_share)
         if not 0.0 < self.least_moment < 0.1:
@@ -125,19 +129,23 @@ class SampledFilter:
     ) -> tuple[Bingham, SampledUpdateInfo]:
         """Return the Bingham law with the second moment of f(x | z) ∝ f(z | x) f(x), x ~ `state` sampled.
 
+        An array z that is NaN throughout is a missing measurement; what is NaN in part is for the likelihood to judge.
+
         Raises
         ------
         InvalidArgumentError
             If the log-likelihood returns other than (m,) numbers below +∞, or is −∞ for every sample.
         """
+        if is_missing(z):
+            return state, SampledUpdateInfo(0.0, math.nan, (), False, False, "missing")
         return self._update(state, z, log_likelihood, "update")
 
     def run(
         self,
         prior: Bingham,
-        measurements: ArrayLike,
+        measurements: ArrayLike | Rotation,
         *,
-        controls: ArrayLike | None = None,
+        controls: ArrayLike | Rotation | None = None,
         times: ArrayLike | None = None,
         start_time: float | None = None,
     ) -> Track:
@@ -145,10 +153,10 @@ class SampledFilter:
 
         Parameters are those of `BinghamFilter.run`; the motion gets the row of controls and the seconds of each step.
         """
-        rows = np.asarray(measurements, dtype=np.float64)
+        rows = np.asarray(plain(measurements), dtype=np.float64)
         if rows.ndim != 2:
             raise InvalidArgumentError("measurements", "shape (T, k)", rows.shape)
-        inputs = None if controls is None else np.asarray(controls, dtype=np.float64)
+        inputs = None if controls is None else np.asarray(plain(controls), dtype=np.float64)
         if inputs is not None and len(inputs) != len(rows):
             raise InvalidArgumentError("controls", f"{len(rows)} rows, one for each measurement", len(inputs))
         steps = None if times is None else time_steps(times, start_time, len(rows))

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from bingham.errors import InvalidArgumentError
+from bingham.filters.checks import finite, unchecked, variance
 from bingham.filters.gaussian import KalmanInfo, KalmanTrack, run_steps
-from bingham.rotations import unit_or_missing
+from bingham.rotations import unit_or_missing, unit_rows
 
 __all__ = ["AngleState", "ScalarKalmanFilter"]
 
@@ -18,10 +18,15 @@ FloatArray = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class AngleState:
-    """Gaussian of an axis' angle: ``angle`` (...) in [0, π), rad, and ``variance`` (...), rad²."""
+    """Gaussian of an axis' angle: ``angle`` (...) in [0, π), rad, taken modulo π, and ``variance`` (...), rad²."""
 
     angle: FloatArray
     variance: FloatArray
+
+    def __post_init__(self) -> None:
+        angle, spread = np.broadcast_arrays(finite(self.angle, "angle"), variance(self.variance, "variance"))
+        object.__setattr__(self, "angle", _half_turn(angle))
+        object.__setattr__(self, "variance", spread)
 
     @property
     def mode(self) -> FloatArray:
@@ -52,35 +57,43 @@ class ScalarKalmanFilter:
     measurement_variance: float
 
     def __post_init__(self) -> None:
-        for name, least in (("process_variance", 0.0), ("measurement_variance", np.finfo(float).tiny)):
-            if not least <= getattr(self, name) < np.inf:
-                raise InvalidArgumentError(name, "a finite variance in rad², not negative", getattr(self, name))
+        variance(self.process_variance, "process_variance")
+        variance(self.measurement_variance, "measurement_variance", positive=True)
 
     def predict(self, state: AngleState, control: ArrayLike | None = None, dt: float | None = None) -> AngleState:
         """Return the state of x ⊕ u ⊕ w: the angle of the control u (..., 2) is added, and the process variance."""
-        turn = 0.0 if control is None else _angle(control, "control")
-        return AngleState(np.mod(state.angle + turn, np.pi), state.variance + self.process_variance)
+        turn = 0.0 if control is None else _angle(unit_rows(control, 2, "control"))
+        angle = _half_turn(state.angle + turn)
+        return unchecked(AngleState, angle=angle, variance=state.variance + self.process_variance)
 
     def update(self, state: AngleState, z: ArrayLike) -> tuple[AngleState, KalmanInfo]:
         """Return the state given the measured axis z (..., 2); NaN is a missing measurement."""
-        measured = _angle(z, "z")
+        measured = _angle(unit_or_missing(z, 2, "z"))
         missing = np.isnan(measured)
         # Shift by a multiple of π so that |innovation| ≤ π/2.
         innovation = np.mod(measured - state.angle + 0.5 * np.pi, np.pi) - 0.5 * np.pi
         innovation = np.where(missing, 0.0, innovation)
         total = state.variance + self.measurement_variance
         gain = np.where(missing, 0.0, state.variance / total)
-        angle = np.mod(state.angle + gain * innovation, np.pi)
+        angle = _half_turn(state.angle + gain * innovation)
         statistic = innovation**2 / total
         log_evidence = -0.5 * (statistic + np.log(2.0 * np.pi * total))
         info = KalmanInfo(np.where(missing, 0.0, log_evidence), np.where(missing, np.nan, statistic))
-        return AngleState(angle, (1.0 - gain) * state.variance), info
+        return unchecked(AngleState, angle=angle, variance=(1.0 - gain) * state.variance), info
 
-    def run(self, prior: AngleState, measurements: ArrayLike, controls: ArrayLike | None = None) -> KalmanTrack:
+    def run(
+        self, prior: AngleState, measurements: ArrayLike, controls: ArrayLike | None = None
+    ) -> KalmanTrack[AngleState]:
         """Predict, then update, for every row of measurements (..., T, 2)."""
         return run_steps(self, prior, measurements, controls)
 
 
-def _angle(axis: ArrayLike, name: str) -> FloatArray:
-    a = unit_or_missing(axis, 2, name)
-    return np.arctan2(a[..., 1], a[..., 0])
+def _angle(axis: FloatArray) -> FloatArray:
+    return np.arctan2(axis[..., 1], axis[..., 0])
+
+
+def _half_turn(angle: FloatArray) -> FloatArray:
+    """Return the angle modulo π, in [0, π)."""
+    a = np.mod(angle, np.pi)
+    # Angles just below 0 round up to π.
+    return np.where(a < np.pi, a, 0.0)

@@ -7,18 +7,25 @@ from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from scipy.spatial.transform import Rotation
 
 from bingham.distributions.bingham import Bingham
 from bingham.errors import InvalidArgumentError
-from bingham.filters.protocol import UpdateInfo
+from bingham.filters.checks import check_noise_side
+from bingham.filters.protocol import MISSING, UpdateInfo
 from bingham.models.motion import NoisyIdentity
 from bingham.models.sensors import OrientationSensor
-from bingham.rotations import unit_or_missing
+from bingham.rotations import plain, unit_or_missing
 
 __all__ = ["SecondOrderBinghamFilter", "SpinState", "classify_spin"]
 
 FloatArray = NDArray[np.float64]
 IDENTITY = np.array([1.0, 0.0, 0.0, 0.0])
+
+
+def _check_law(law: Bingham, name: str) -> None:
+    if law.dim != 4 or law.shape:
+        raise InvalidArgumentError(name, "a single law of dimension 4", repr(law))
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,9 +46,7 @@ class SpinState:
 
     def __post_init__(self) -> None:
         for name in ("orientation", "spin"):
-            law: Bingham = getattr(self, name)
-            if law.dim != 4 or law.shape:
-                raise InvalidArgumentError(name, "a single law of dimension 4", repr(law))
+            _check_law(getattr(self, name), name)
 
     @property
     def mode(self) -> FloatArray:
@@ -84,28 +89,34 @@ class SecondOrderBinghamFilter:
     noise_side: Literal["left", "right"] = "left"
 
     def __post_init__(self) -> None:
-        if self.noise_side not in ("left", "right"):
-            raise InvalidArgumentError("noise_side", "'left' or 'right'", repr(self.noise_side))
+        check_noise_side(self.noise_side)
+        for name in ("process_noise", "measurement_noise"):
+            _check_law(getattr(self, name), name)
         object.__setattr__(self, "_motion", NoisyIdentity(self.process_noise, left=True))
         sensor = OrientationSensor(self.measurement_noise, left=self.noise_side == "left")
         object.__setattr__(self, "_sensor", sensor)
 
-    def predict(self, state: SpinState, control: ArrayLike | None = None, dt: float | None = None) -> SpinState:
+    def predict(
+        self, state: SpinState, control: ArrayLike | Rotation | None = None, dt: float | None = None
+    ) -> SpinState:
         """Return the state one step later; ``control`` u (4,) turns the spin: an acceleration."""
         from bingham.kernels.second_order import composed_spin
 
-        spin: Bingham = self._motion.propagate(state.spin, control)  # type: ignore[attr-defined]
+        u = None if control is None else plain(control)
+        spin: Bingham = self._motion.propagate(state.spin, u)  # type: ignore[attr-defined]
         x = state.orientation
         return SpinState(Bingham.from_spectrum(*composed_spin(x.z, x.M, spin.z, spin.M)), spin, x)
 
-    def update(self, state: SpinState, z: ArrayLike, *, noise: Bingham | None = None) -> tuple[SpinState, UpdateInfo]:
+    def update(
+        self, state: SpinState, z: ArrayLike | Rotation, *, noise: Bingham | None = None
+    ) -> tuple[SpinState, UpdateInfo]:
         """Return the posterior given a measured orientation.
 
         Parameters
         ----------
         state : SpinState
             The prediction; a state that was never predicted has its spin left alone.
-        z : (4,) or (k, 4) array_like
+        z : (4,) or (k, 4) array_like or Rotation
             One orientation; or k interpretations of an ambiguous one, of which the most probable is used; rows of NaN
             are left out, and nothing but NaN means that nothing was measured.
         noise : Bingham, optional
@@ -123,7 +134,7 @@ class SecondOrderBinghamFilter:
             raise InvalidArgumentError("z", "shape (4,), or (k, 4) for k interpretations", rows.shape)
         rows = rows[~np.isnan(rows[:, 0])]
         if not len(rows):
-            return state, UpdateInfo(0.0, np.nan, np.inf, False, "missing")
+            return state, MISSING
         sensor = self._sensor if noise is None else OrientationSensor(noise, left=self._sensor.left)  # type: ignore[attr-defined]
         candidates = [sensor.condition(state.orientation, row) for row in rows]
         best = max(range(len(rows)), key=lambda i: candidates[i].law.log_normalizer + candidates[i].top)

@@ -3,21 +3,24 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from scipy.spatial.transform import Rotation
 
+from bingham.filters.checks import check_noise_side, check_state, noise_covariance, unchecked
 from bingham.filters.gaussian import (
     GaussianState,
     KalmanInfo,
     KalmanTrack,
-    covariance_matrix,
     kalman_update,
     mirrored,
+    put_moments,
     run_steps,
 )
 from bingham.filters.quaternion_ekf import noise_about, projection_jacobian
-from bingham.rotations import compose, left_matrix, right_matrix
+from bingham.rotations import compose, left_matrix, right_matrix, unit_rows
 
 __all__ = ["SecondOrderQuaternionEkf", "SpinningGaussian"]
 
@@ -31,6 +34,10 @@ class SpinningGaussian:
     mean: FloatArray
     covariance: FloatArray
 
+    def __post_init__(self) -> None:
+        put_moments(self, self.mean, self.covariance)
+        check_state(self.mean, 8)
+
     @classmethod
     def independent(cls, orientation: GaussianState, spin: GaussianState) -> SpinningGaussian:
         """Return the joint law of an independent orientation and spin."""
@@ -42,12 +49,12 @@ class SpinningGaussian:
     @property
     def orientation(self) -> GaussianState:
         """Marginal law of the orientation."""
-        return GaussianState(self.mean[..., :4], self.covariance[..., :4, :4])
+        return unchecked(GaussianState, mean=self.mean[..., :4], covariance=self.covariance[..., :4, :4])
 
     @property
     def spin(self) -> GaussianState:
         """Marginal law of the rotation per step."""
-        return GaussianState(self.mean[..., 4:], self.covariance[..., 4:, 4:])
+        return unchecked(GaussianState, mean=self.mean[..., 4:], covariance=self.covariance[..., 4:, 4:])
 
     @property
     def mode(self) -> FloatArray:
@@ -73,47 +80,50 @@ class SecondOrderQuaternionEkf:
 
     process_covariance: ArrayLike
     measurement_covariance: ArrayLike
-    noise_side: str = "left"
+    noise_side: Literal["left", "right"] = "left"
     rotate_noise: bool = False
     _w: FloatArray = field(init=False, repr=False)
     _v: FloatArray = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "_w", covariance_matrix(self.process_covariance, 4, "process_covariance"))
-        object.__setattr__(self, "_v", covariance_matrix(self.measurement_covariance, 4, "measurement_covariance"))
+        check_noise_side(self.noise_side)
+        object.__setattr__(self, "_w", noise_covariance(self.process_covariance, 4, "process_covariance"))
+        object.__setattr__(self, "_v", noise_covariance(self.measurement_covariance, 4, "measurement_covariance"))
 
     def predict(
-        self, state: SpinningGaussian, control: ArrayLike | None = None, dt: float | None = None
+        self, state: SpinningGaussian, control: ArrayLike | Rotation | None = None, dt: float | None = None
     ) -> SpinningGaussian:
         """Return the state one step later; the control u (..., 4) turns the spin (an angular acceleration)."""
+        check_state(state.mean, 8)
         x, v = state.mean[..., :4], state.mean[..., 4:]
-        u = np.array([1.0, 0.0, 0.0, 0.0]) if control is None else np.asarray(control, dtype=np.float64)
+        u = np.array([1.0, 0.0, 0.0, 0.0]) if control is None else unit_rows(control, 4, "control")
         F = np.zeros((*state.mean.shape[:-1], 8, 8))
         F[..., :4, :4], F[..., :4, 4:] = left_matrix(v), right_matrix(x)
         F[..., 4:, 4:] = left_matrix(u)
         spin = compose(u, v)
         covariance = F @ state.covariance @ np.swapaxes(F, -1, -2)
         covariance[..., 4:, 4:] += noise_about(spin, self._w, True) if self.rotate_noise else self._w
-        return SpinningGaussian(np.concatenate([compose(v, x), spin], axis=-1), covariance)
+        mean = np.concatenate([compose(v, x), spin], axis=-1)
+        return unchecked(SpinningGaussian, mean=mean, covariance=covariance)
 
     def update(
-        self, state: SpinningGaussian, z: ArrayLike, covariance: ArrayLike | None = None
+        self, state: SpinningGaussian, z: ArrayLike | Rotation, covariance: ArrayLike | None = None
     ) -> tuple[SpinningGaussian, KalmanInfo]:
         """Return the state given the orientation ±z (..., 4); NaN is a missing measurement.
 
         ``covariance`` (4, 4) replaces the measurement noise for this update.
         """
-        noise = self._v if covariance is None else covariance_matrix(covariance, 4, "covariance")
+        check_state(state.mean, 8)
+        noise = self._v if covariance is None else noise_covariance(covariance, 4, "covariance")
         unit, projection = projection_jacobian(state.mean[..., :4])
         H = np.concatenate([projection, np.zeros_like(projection)], axis=-1)
         if self.rotate_noise:
             noise = noise_about(unit, noise, self.noise_side == "left")
-        prior = GaussianState(state.mean, state.covariance)
-        mean, P, info = kalman_update(prior, mirrored(z, unit) - unit, H, noise)
-        x, v = mean[..., :4], mean[..., 4:]
-        x, v = x / np.linalg.norm(x, axis=-1, keepdims=True), v / np.linalg.norm(v, axis=-1, keepdims=True)
-        return SpinningGaussian(np.concatenate([x, v], axis=-1), P), info
+        mean, P, info = kalman_update(state.mean, state.covariance, mirrored(z, unit) - unit, H, noise)
+        return unchecked(SpinningGaussian, mean=mean, covariance=P), info
 
-    def run(self, prior: SpinningGaussian, measurements: ArrayLike, controls: ArrayLike | None = None) -> KalmanTrack:
+    def run(
+        self, prior: SpinningGaussian, measurements: ArrayLike | Rotation, controls: ArrayLike | Rotation | None = None
+    ) -> KalmanTrack[SpinningGaussian]:
         """Predict, then update, for every row of measurements (..., T, 4)."""
         return run_steps(self, prior, measurements, controls)

@@ -1,0 +1,81 @@
+"""Checks that several filters share: sides of noises, variances, covariances, dimensions of states."""
+
+from __future__ import annotations
+
+from typing import TypeVar
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from bingham.errors import InvalidArgumentError
+
+__all__ = [
+    "check_noise_side",
+    "check_state",
+    "covariance_matrix",
+    "finite",
+    "noise_covariance",
+    "unchecked",
+    "variance",
+]
+
+FloatArray = NDArray[np.float64]
+T = TypeVar("T")
+
+
+def check_noise_side(noise_side: str) -> None:
+    """Refuse what is neither "right" (body frame) nor "left" (world frame)."""
+    if noise_side not in ("right", "left"):
+        raise InvalidArgumentError("noise_side", "'right' or 'left'", repr(noise_side))
+
+
+def check_state(mean: FloatArray, length: int) -> None:
+    """Refuse a state whose vector has another length than the filter's."""
+    if mean.shape[-1] != length:
+        raise InvalidArgumentError("state", f"a mean of shape (..., {length})", mean.shape)
+
+
+def finite(x: ArrayLike, name: str) -> FloatArray:
+    """Return x as float64 without NaN or infinite entries."""
+    a = np.asarray(x, dtype=np.float64)
+    if not np.all(np.isfinite(a)):
+        raise InvalidArgumentError(name, "finite numbers", a)
+    return a
+
+
+def variance(x: ArrayLike, name: str, *, positive: bool = False) -> FloatArray:
+    """Return x (...) as float64, finite and not negative, or above 0."""
+    a = finite(x, name)
+    if not np.all(a > 0.0 if positive else a >= 0.0):
+        raise InvalidArgumentError(name, "finite numbers above 0" if positive else "finite numbers >= 0", a)
+    return a
+
+
+def covariance_matrix(x: ArrayLike, d: int | None, name: str) -> FloatArray:
+    """Return x (..., d, d) as float64; symmetric within 1e-8 of its size, positive semidefinite within 1e-12."""
+    c = finite(x, name)
+    if c.ndim < 2 or c.shape[-1] != c.shape[-2] or (d is not None and c.shape[-1] != d):
+        raise InvalidArgumentError(name, f"shape (..., {d}, {d})" if d else "shape (..., d, d)", c.shape)
+    size = np.abs(c).max(axis=(-2, -1), initial=0.0)
+    if np.any(np.abs(c - np.swapaxes(c, -1, -2)).max(axis=(-2, -1), initial=0.0) > 1e-8 * size):
+        raise InvalidArgumentError(name, "symmetric matrices", c)
+    smallest = np.linalg.eigvalsh(c)[..., 0]
+    if np.any(smallest < -1e-12 * size):
+        raise InvalidArgumentError(name, "positive semidefinite matrices", f"smallest eigenvalue {smallest.min():.3g}")
+    return c
+
+
+def noise_covariance(x: ArrayLike, d: int, name: str) -> FloatArray:
+    """Return a single `covariance_matrix` (d, d)."""
+    c = covariance_matrix(x, d, name)
+    if c.ndim != 2:
+        raise InvalidArgumentError(name, f"shape ({d}, {d})", c.shape)
+    return c
+
+
+def unchecked(cls: type[T], **fields: FloatArray) -> T:
+    """Return the frozen state with these fields as they are: a filter's own results need no checks."""
+    state = object.__new__(cls)
+    for name, value in fields.items():
+        object.__setattr__(state, name, value)
+    return state
