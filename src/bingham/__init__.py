@@ -14,6 +14,8 @@ if TYPE_CHECKING:  # what the table below loads, for editors and type checkers
     from bingham.distributions.normalizer import concentrations as concentrations
     from bingham.distributions.normalizer import log_normalizer as log_normalizer
     from bingham.distributions.normalizer import moments as moments
+    from bingham.distributions.relations import angular_variance as angular_variance
+    from bingham.distributions.relations import to_gaussian as to_gaussian
     from bingham.errors import BinghamError as BinghamError
     from bingham.errors import ConvergenceError as ConvergenceError
     from bingham.errors import InvalidArgumentError as InvalidArgumentError
@@ -23,6 +25,8 @@ if TYPE_CHECKING:  # what the table below loads, for editors and type checkers
     from bingham.filters.bank import FilterBank as FilterBank
     from bingham.filters.first_order import BinghamFilter as BinghamFilter
     from bingham.filters.gate import Gate as Gate
+    from bingham.filters.gaussian import GaussianState as GaussianState
+    from bingham.filters.gaussian import KalmanTrack as KalmanTrack
     from bingham.filters.imu import ImuFilter as ImuFilter
     from bingham.filters.imu_events import ImuStream as ImuStream
     from bingham.filters.imu_state import ImuState as ImuState
@@ -33,15 +37,19 @@ if TYPE_CHECKING:  # what the table below loads, for editors and type checkers
     from bingham.filters.protocol import UpdateInfo as UpdateInfo
     from bingham.filters.quaternion_ekf import QuaternionEkf as QuaternionEkf
     from bingham.filters.sampled import SampledFilter as SampledFilter
+    from bingham.filters.scalar_kalman import AngleState as AngleState
     from bingham.filters.scalar_kalman import ScalarKalmanFilter as ScalarKalmanFilter
     from bingham.filters.second_order import SecondOrderBinghamFilter as SecondOrderBinghamFilter
     from bingham.filters.second_order import SpinState as SpinState
+    from bingham.filters.second_order import classify_spin as classify_spin
     from bingham.filters.second_order_ekf import SecondOrderQuaternionEkf as SecondOrderQuaternionEkf
+    from bingham.filters.second_order_ekf import SpinningGaussian as SpinningGaussian
     from bingham.filters.smoother import smooth_fixed_interval as smooth_fixed_interval
     from bingham.filters.smoother import smooth_fixed_lag as smooth_fixed_lag
     from bingham.filters.track import Track as Track
     from bingham.filters.tune import SensorNoise as SensorNoise
     from bingham.filters.tune import tune as tune
+    from bingham.filters.wrapped_normal import DoubledAngleState as DoubledAngleState
     from bingham.filters.wrapped_normal import WrappedNormalFilter as WrappedNormalFilter
     from bingham.models.motion import Diffusion as Diffusion
     from bingham.models.motion import Gyroscope as Gyroscope
@@ -62,6 +70,7 @@ __version__ = "0.1.0"
 
 # Public name → module that defines it.
 _PUBLIC = {
+    "AngleState": "filters.scalar_kalman",
     "AxialKalmanFilter": "filters.axial_kalman",
     "BankState": "filters.bank",
     "Bingham": "distributions.bingham",
@@ -70,8 +79,10 @@ _PUBLIC = {
     "BinghamMixture": "distributions.mixture",
     "ConvergenceError": "errors",
     "Diffusion": "models.motion",
+    "DoubledAngleState": "filters.wrapped_normal",
     "FilterBank": "filters.bank",
     "Gate": "filters.gate",
+    "GaussianState": "filters.gaussian",
     "Gyroscope": "models.motion",
     "HeadingSensor": "models.sensors",
     "ImuFilter": "filters.imu",
@@ -81,6 +92,7 @@ _PUBLIC = {
     "ImuTrack": "filters.imu_track",
     "InertialFilter": "filters.inertial",
     "InvalidArgumentError": "errors",
+    "KalmanTrack": "filters.gaussian",
     "KnownRotation": "models.motion",
     "MixtureFilter": "filters.mixture_filter",
     "NoisyIdentity": "models.motion",
@@ -97,18 +109,22 @@ _PUBLIC = {
     "SecondOrderQuaternionEkf": "filters.second_order_ekf",
     "SensorNoise": "filters.tune",
     "SpinState": "filters.second_order",
+    "SpinningGaussian": "filters.second_order_ekf",
     "Track": "filters.track",
     "Unscented": "sampling.unscented",
     "UpdateInfo": "filters.protocol",
     "VectorSensor": "models.sensors",
     "WrappedNormalFilter": "filters.wrapped_normal",
     "ambiguous_noise": "filters.mixture_filter",
+    "angular_variance": "distributions.relations",
+    "classify_spin": "filters.second_order",
     "concentrations": "distributions.normalizer",
     "fit_directions": "surfaces.segmentation",
     "log_normalizer": "distributions.normalizer",
     "moments": "distributions.normalizer",
     "smooth_fixed_interval": "filters.smoother",
     "smooth_fixed_lag": "filters.smoother",
+    "to_gaussian": "distributions.relations",
     "tune": "filters.tune",
 }
 
