@@ -1,12 +1,15 @@
 import numpy as np
 import pytest
+from scipy.stats import chi2
 
 from bingham import Bingham
 from bingham.distributions.relations import from_gaussian, to_gaussian
+from bingham.filters.gaussian import GaussianState
 from bingham.metrics import geodesic_error
 from bingham.rotations import compose, conjugate, rotate
 from bingham.studies import load_study
-from bingham.studies.ball_filters import BACK, DARK, HALF_TURN, LOGO, PROCESS, SPIN_PRIOR, run_filters
+from bingham.studies.ball_filters import BACK, DARK, INFORMED, LOGO, PROCESS, SPIN_PRIOR, run_filters
+from bingham.studies.ball_scores import HALF_TURN, Found, score
 from bingham.studies.execute import run_study
 from bingham.studies.glover2013 import TABLE
 from bingham.studies.glover2013_ball import (
@@ -14,6 +17,7 @@ from bingham.studies.glover2013_ball import (
     DEFAULT,
     LOGO_NOISES,
     SPIN_TYPES,
+    STUDY,
     VISIBLE,
     run_chunk,
     simulate_flight,
@@ -201,3 +205,91 @@ def test_the_papers_order_appears(level, flights):
     for first in firsts:
         assert right[second] > right[first] > right[last]
         assert error[second] < error[first] < error[last]
+
+
+@pytest.fixture
+def guess():
+    """Return a flight of 30 frames, guesses of its orientations and spin, some half a turn off, and their law."""
+    law, rng = isotropic_law((-40.0, -40.0, -10.0)), np.random.default_rng(7)
+    flight = {"orientation": Bingham.uniform(4).rvs(30, rng=rng), "spin": SPIN_TYPES[2]}
+    orientations = compose(flight["orientation"], law.inverse().rvs(30, rng=rng))
+    orientations[10:20] = compose(orientations[10:20], HALF_TURN)
+    return flight, orientations, compose(law.inverse().rvs(30, rng=rng), flight["spin"]), law
+
+
+@pytest.mark.parametrize("factor", [0.1, 1.0, 10.0])
+def test_what_is_covered_lies_within_the_credible_angle_of_the_nearer_twin(guess, factor):
+    flight, orientations, spins, law = guess
+    law = Bingham(factor * law.z, law.M)
+    laws = [law.rotate(left=q) for q in orientations], [law.rotate(right=v) for v in spins]
+    angle = law.credible_angle(0.95)
+    twins = [geodesic_error(orientations, compose(flight["orientation"], h)) for h in ([1.0, 0, 0, 0], HALF_TURN)]
+    inside = np.minimum(*twins) <= angle, geodesic_error(spins, flight["spin"]) <= angle
+    # Frames 10, 20 and 30, moved through the flight, so that all are seen.
+    for shift in range(0, 30, 3):
+        turned = {"orientation": np.roll(flight["orientation"], shift, axis=0), "spin": flight["spin"]}
+        found = score(Found(*(_rolled(x, shift) for x in laws), [0] * 30), turned, 0)
+        for key, expected in zip(("orientation_covered", "spin_covered"), inside, strict=True):
+            np.testing.assert_array_equal(found[key], np.roll(expected, shift)[[9, 19, 29]])
+    share = {0.1: (0.95, 1.0), 1.0: (0.85, 1.0), 10.0: (0.0, 0.5)}[factor]
+    assert all(share[0] <= part.mean() <= share[1] for part in inside)
+
+
+def _rolled(laws, shift):
+    return laws[-shift:] + laws[:-shift] if shift else laws
+
+
+@pytest.mark.parametrize("deviation", [0.02, 0.05])
+def test_gaussians_cover_by_their_normalized_error(guess, deviation):
+    flight, orientations, spins, _ = guess
+    covariance = deviation**2 * np.eye(4)
+    found = score(
+        Found(*([GaussianState(q, covariance) for q in x] for x in (orientations, spins)), [0] * 30), flight, 0
+    )
+    limit = deviation * np.sqrt(chi2.ppf(0.95, 3))
+    np.testing.assert_array_equal(found["spin_covered"], (0.5 * found["spin_error"] <= limit)[[9, 19, 29]])
+    np.testing.assert_array_equal(
+        found["orientation_covered"], (0.5 * found["orientation_error"] <= limit)[[9, 19, 29]]
+    )
+
+
+def _model_flight(rng):
+    """Return a flight of 30 frames that obeys the filters' model, the logo always in sight, and its spin at the end."""
+    kind = int(rng.integers(12))
+    spin, x = compose(INFORMED.rvs(1, rng=rng)[0], SPIN_TYPES[kind]), Bingham.uniform(4).rvs(1, rng=rng)[0]
+    orientation = np.empty((30, 4))
+    for n, w in enumerate(PROCESS.rvs(30, rng=rng)):
+        spin = compose(w, spin)
+        orientation[n] = x = compose(spin, x)
+    seen = compose(orientation, LOGO.rvs(30, rng=rng))[:, None]
+    return {"orientation": orientation, "spin": spin, "seen": seen}, kind
+
+
+def test_the_second_order_filter_covers_what_its_model_makes(monkeypatch):
+    flights = [_model_flight(np.random.default_rng([8, run])) for run in range(200)]
+
+    def covered():
+        parts = [run_filters(flight, kind, SPIN_TYPES, ["bingham_oracle"]) for flight, kind in flights]
+        names = ("orientation_covered/bingham_oracle", "spin_covered/bingham_oracle")
+        return [np.mean([part[name][-1] for part in parts]) for name in names]
+
+    # Binomial standard error: 0.015.
+    assert np.all(np.abs(np.array(covered()) - 0.95) < 0.045)
+    # Negative control: noises taken for a third as wide.
+    monkeypatch.setattr("bingham.studies.ball_filters.LOGO", isotropic_law((-360.0, -360.0, -90.0)))
+    monkeypatch.setattr("bingham.studies.ball_filters.PROCESS", isotropic_law((-3600.0,) * 3))
+    assert max(covered()) < 0.7
+
+
+def test_the_table_states_coverage_after_each_frame():
+    result = run_study(STUDY, runs=2, seed=5)
+    for level in (DEFAULT, ASSUMED):
+        found = run_chunk(level, 5, 0, 2)
+        logo = "/".join(f"{z:g}" for z in LOGO_NOISES[level])
+        for k, frame in enumerate((10, 20, 30)):
+            case = f"logo noise {logo}, frame {frame}"
+            for name in ("bingham_second_order", "ekf_second_order", "bingham_first_order"):
+                expected = found[f"spin_covered/{name}"][:, k].mean()
+                assert result.value(case, name, "spin_coverage_95") == expected
+            expected = found["orientation_covered/bingham_second_order"][:, k].mean()
+            assert result.value(case, "bingham_second_order", "coverage_95") == expected

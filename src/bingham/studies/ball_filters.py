@@ -17,15 +17,14 @@ from bingham.filters.gaussian import GaussianState
 from bingham.filters.quaternion_ekf import QuaternionEkf
 from bingham.filters.second_order import SecondOrderBinghamFilter, SpinState, classify_spin
 from bingham.filters.second_order_ekf import SecondOrderQuaternionEkf, SpinningGaussian
-from bingham.metrics import geodesic_error
 from bingham.rotations import compose, conjugate
+from bingham.studies.ball_scores import Found, score
 from bingham.studies.study import Arrays
 
 __all__ = ["FILTERS", "run_filters"]
 
 FloatArray = NDArray[np.float64]
 FRAME = np.eye(4)[:, [1, 2, 3, 0]]
-HALF_TURN = np.array([0.0, 0.0, 0.0, 1.0])
 
 
 def _law(*z: float) -> Bingham:
@@ -65,20 +64,12 @@ TURN_NOISE = (_turn_noise(LOGO, LOGO), _turn_noise(LOGO, DARK), _turn_noise(DARK
 
 
 def run_filters(flight: Arrays, kind: int, types: FloatArray, names: Sequence[str]) -> Arrays:
-    """Return, frame by frame, errors and correctness (T,) of each filter on one flight."""
+    """Return the `score` of each filter on one flight, as ``quantity/filter``."""
     out: Arrays = {}
     for name in names:
-        orientation, spin, chosen = RUNNERS[name](flight["seen"], kind, types)
-        if orientation is not None:
-            twin = compose(flight["orientation"], HALF_TURN)
-            error = np.minimum(geodesic_error(orientation, flight["orientation"]), geodesic_error(orientation, twin))
-            out[f"orientation_error/{name}"] = 2.0 * error
-        out[f"spin_error/{name}"] = 2.0 * geodesic_error(spin, flight["spin"])
-        out[f"correct/{name}"] = np.array(chosen == kind, dtype=np.float64)
+        scores = score(RUNNERS[name](flight["seen"], kind, types), flight, kind)
+        out |= {f"{quantity}/{name}": values for quantity, values in scores.items()}
     return out
-
-
-Found = tuple[FloatArray | None, FloatArray, NDArray[np.intp]]
 
 
 def _second_order(seen: FloatArray, priors: Sequence[Bingham], types: FloatArray) -> Found:
@@ -91,8 +82,7 @@ def _second_order(seen: FloatArray, priors: Sequence[Bingham], types: FloatArray
         dark = bool(np.isnan(z).any())
         state, _ = bank.update(state, BACK if dark else z, noise=DARK if dark else None)
         kept.append(state.selected)
-    chosen = np.array([classify_spin(s.spin, types)[0] for s in kept])
-    return np.array([s.mode for s in kept]), np.array([s.spin.mode for s in kept]), chosen
+    return Found([s.orientation for s in kept], [s.spin for s in kept], [classify_spin(s.spin, types)[0] for s in kept])
 
 
 def _around(types: FloatArray) -> list[Bingham]:
@@ -117,16 +107,16 @@ def _turns(seen: FloatArray, turning: bool) -> Iterator[tuple[FloatArray, Bingha
 def _first_order(seen: FloatArray, types: FloatArray, fair: bool) -> Found:
     """Track the spin alone by the first-order filter of §4: with the fair noise, F(C(v)) of raw observations."""
     state = SPIN_PRIOR
-    spins, chosen = np.empty((len(seen), 4)), np.empty(len(seen), dtype=np.intp)
-    for n, observed in enumerate(_turns(seen, fair)):
+    spins: list[Bingham] = []
+    for observed in _turns(seen, fair):
         state = BinghamFilter(PROCESS, LOGO).predict(state)
         if observed is not None:
             turns, noise = observed
             spin_filter = BinghamFilter(PROCESS, noise, noise_side="right" if fair else "left")
             updates = (spin_filter.update(state, z) for z in turns)
             state, _ = max(updates, key=lambda r: r[1].log_evidence)
-        spins[n], chosen[n] = state.mode, classify_spin(state, types)[0]
-    return None, spins, chosen
+        spins.append(state)
+    return Found(None, spins, [classify_spin(spin, types)[0] for spin in spins])
 
 
 def _classify_gaussian(state: GaussianState, types: FloatArray) -> int:
@@ -140,16 +130,16 @@ def _ekf_first_order(seen: FloatArray, types: FloatArray, fair: bool) -> Found:
     process, logo = (to_gaussian(law).covariance for law in (PROCESS, LOGO))
     kalman = QuaternionEkf(process, logo, noise_side="right" if fair else "left", rotate_noise=fair)
     state = GaussianState(*to_gaussian(SPIN_PRIOR))
-    spins, chosen = np.empty((len(seen), 4)), np.empty(len(seen), dtype=np.intp)
-    for n, observed in enumerate(_turns(seen, fair)):
+    spins: list[GaussianState] = []
+    for observed in _turns(seen, fair):
         state = kalman.predict(state)
         if observed is not None:
             turns, noise = observed
             covariance = to_gaussian(noise).covariance
             updates = (kalman.update(state, z, covariance) for z in turns)
             state, _ = max(updates, key=lambda r: float(r[1].log_evidence))
-        spins[n], chosen[n] = state.mode, _classify_gaussian(state, types)
-    return None, spins, chosen
+        spins.append(state)
+    return Found(None, spins, [_classify_gaussian(spin, types) for spin in spins])
 
 
 def _ekf_second_order(seen: FloatArray, types: FloatArray, fair: bool) -> Found:
@@ -157,17 +147,16 @@ def _ekf_second_order(seen: FloatArray, types: FloatArray, fair: bool) -> Found:
     kalman = SecondOrderQuaternionEkf(process, logo, noise_side="right", rotate_noise=fair)
     unknown = GaussianState(np.array([1.0, 0.0, 0.0, 0.0]), 0.25 * np.eye(4))
     state = SpinningGaussian.independent(unknown, GaussianState(*to_gaussian(SPIN_PRIOR)))
-    orientations, spins = np.empty((len(seen), 4)), np.empty((len(seen), 4))
-    chosen = np.empty(len(seen), dtype=np.intp)
-    for n, z in enumerate(seen):
+    kept: list[SpinningGaussian] = []
+    for z in seen:
         state = kalman.predict(state)
         if np.isnan(z).any():
             state, _ = kalman.update(state, BACK, dark)
         else:
             state, _ = max((kalman.update(state, row) for row in z), key=lambda r: float(r[1].log_evidence))
-        orientations[n], spins[n] = state.mode, state.spin.mode
-        chosen[n] = _classify_gaussian(state.spin, types)
-    return orientations, spins, chosen
+        kept.append(state)
+    chosen = [_classify_gaussian(s.spin, types) for s in kept]
+    return Found([s.orientation for s in kept], [s.spin for s in kept], chosen)
 
 
 RUNNERS: dict[str, Any] = {

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from bingham.distributions.bingham import Bingham
 from bingham.rotations import compose, from_rotation_vector, rotate
 from bingham.studies.ball_filters import FILTERS, run_filters
+from bingham.studies.ball_scores import AFTER, HALF_TURN
 from bingham.studies.study import Arrays, Chunk, Row, Study, StudyResult, generator, joined, mean_row, range_chunks
 
 __all__ = ["ASSUMED", "DEFAULT", "LOGO_NOISES", "SPIN_TYPES", "STUDY", "simulate_flight"]
@@ -37,14 +38,12 @@ SPEED_SPREAD, AXIS_SPREAD, WOBBLE = 0.03, 0.03, 0.01
 # out of sight is the fit to exactly half of the sphere.
 VISIBLE = 0.0
 LEAST_VISIBLE = 12
-HALF_TURN = np.array([0.0, 0.0, 0.0, 1.0])
 # True noise of a detected logo: tilts about the body's x and y, turn about the logo's own axis. The third is the
 # published filter's assumption, the first the study's default.
 LOGO_NOISES = ((-200.0, -200.0, -100.0), (-800.0, -800.0, -400.0), (-100.0, -100.0, -50.0), (-40.0, -40.0, -10.0))
 DEFAULT, ASSUMED = 0, 3
+COVERAGES = {"orientation_covered": "coverage_95", "spin_covered": "spin_coverage_95"}
 PUBLISHED = {"classification_rate": 0.91, "spin_error_rad": 0.17}
-# After how many frames the errors are tabulated; the last is the published one.
-AFTER = (10, 20, 30)
 
 
 def simulate_flight(kind: int, noise: tuple[float, ...], rng: np.random.Generator) -> tuple[Arrays, int]:
@@ -117,7 +116,8 @@ def _summarize(runs: int, seed: int, results: Mapping[str, Arrays]) -> StudyResu
         for name in (*FILTERS, "random_guess"):
             correct, spin = found[f"correct/{name}"], found[f"spin_error/{name}"]
             orientation = found.get(f"orientation_error/{name}")
-            for frame in AFTER:
+            covered = {metric: found.get(f"{key}/{name}") for key, metric in COVERAGES.items()}
+            for k, frame in enumerate(AFTER):
                 case = f"{_case(level)}, frame {frame}"
                 ours = name == "bingham_second_order" and level == DEFAULT and frame == AFTER[-1]
                 paper = PUBLISHED if ours else {}
@@ -126,6 +126,9 @@ def _summarize(runs: int, seed: int, results: Mapping[str, Arrays]) -> StudyResu
                 table.append(mean_row(case, name, "spin_error_rad", spin[:, frame - 1], paper.get("spin_error_rad")))
                 if orientation is not None:
                     table.append(mean_row(case, name, "orientation_error_rad", orientation[:, frame - 1]))
+                for metric, inside in covered.items():
+                    if inside is not None:
+                        table.append(mean_row(case, name, metric, inside[:, k]))
             case = f"{_case(level)}, mean of frames 1-{AFTER[-1]}"
             table.append(mean_row(case, name, "classification_rate", correct[:, : AFTER[-1]].mean(axis=1)))
             table.append(mean_row(case, name, "spin_error_rad", spin[:, : AFTER[-1]].mean(axis=1)))
@@ -144,5 +147,5 @@ STUDY = Study(
     default_runs=292,
     chunks=_chunks,
     summarize=_summarize,
-    version=3,
+    version=4,
 )

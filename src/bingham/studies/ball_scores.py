@@ -1,0 +1,69 @@
+"""How well the filters of the spinning-ball study know orientation and spin: errors, classification, coverage."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bingham.distributions.bingham import Bingham
+from bingham.filters.gaussian import GaussianState
+from bingham.metrics import angle_probability, chi_square_probability, coverage, geodesic_error, normalized_error
+from bingham.rotations import compose
+from bingham.studies.study import Arrays
+
+__all__ = ["AFTER", "HALF_TURN", "Found", "score"]
+
+FloatArray = NDArray[np.float64]
+# The symmetry of the elliptic logo: half a turn about its own axis.
+HALF_TURN = np.array([0.0, 0.0, 0.0, 1.0])
+# After how many frames errors are tabulated and coverage is counted; the last is the published one.
+AFTER = (10, 20, 30)
+Law = Bingham | GaussianState
+
+
+class Found(NamedTuple):
+    """What a filter says after each of T frames: laws of orientation, if it has any, and of spin, and the type (T,)."""
+
+    orientations: Sequence[Law] | None
+    spins: Sequence[Law]
+    chosen: Sequence[int]
+
+
+def score(found: Found, flight: Arrays, kind: int) -> Arrays:
+    """Return spin errors and correctness (T,), orientation errors (T,), and coverage of both in frames AFTER (k,).
+
+    Errors are angles of rotations, that of the orientation up to the logo's symmetry; its coverage is of the nearer of
+    the two orientations that look alike. Frames beyond the end of the flight count for nothing: k is smaller.
+    """
+    frames = [n - 1 for n in AFTER if n <= len(found.spins)]
+    truth = np.tile(flight["spin"], (len(found.spins), 1))
+    out: Arrays = {
+        "spin_error": _error(found.spins, truth),
+        "correct": np.array([chosen == kind for chosen in found.chosen], dtype=np.float64),
+        "spin_covered": _covered(found.spins, truth, frames),
+    }
+    if found.orientations is not None:
+        truth, twin = flight["orientation"], compose(flight["orientation"], HALF_TURN)
+        error, other = _error(found.orientations, truth), _error(found.orientations, twin)
+        out["orientation_error"] = np.minimum(error, other)
+        nearer = np.where((error <= other)[:, None], truth, twin)
+        out["orientation_covered"] = _covered(found.orientations, nearer, frames)
+    return out
+
+
+def _error(laws: Sequence[Law], truth: FloatArray) -> FloatArray:
+    return 2.0 * geodesic_error(np.stack([law.mode for law in laws]), truth)
+
+
+def _covered(laws: Sequence[Law], truth: FloatArray, frames: Sequence[int]) -> FloatArray:
+    """Return 1.0 where the truth is within the law's 95 % credible set, else 0.0, in the given frames (k,)."""
+    return np.array([coverage(_probability(laws[n], truth[n])) for n in frames])
+
+
+def _probability(law: Law, truth: FloatArray) -> FloatArray:
+    if isinstance(law, Bingham):
+        return angle_probability(law, truth)
+    return chi_square_probability(normalized_error(law.mode, law.covariance, truth), 3)
