@@ -317,6 +317,9 @@ LOPSIDED = np.array([[1.0, 0.5], [0.0, 1.0]])
     (lambda: ScalarKalmanFilter(-1.0, 1.0), "process_variance"),
     (lambda: WrappedNormalFilter(0.1, 0.0), "measurement_variance: expected finite numbers above 0"),
     (lambda: ScalarKalmanFilter(0.1, np.inf), "measurement_variance"),
+    (lambda: WrappedNormalFilter(0.1, np.ones(2)), "measurement_variance: expected a single number"),
+    (lambda: AxialKalmanFilter(np.zeros((2, 2)), np.zeros((2, 2))).update(
+        GaussianState(np.array([1.0, 0.0]), np.zeros((2, 2))), [1.0, 0.0]), "covariance: expected H P Hᵀ"),
     (lambda: AxialKalmanFilter(np.eye(2), np.eye(4)), "measurement_covariance"),
     (lambda: AxialKalmanFilter(np.eye(3), np.eye(3)), "process_covariance"),
     (lambda: QuaternionEkf(np.eye(4), np.tile(np.eye(4), (2, 1, 1))), "measurement_covariance"),

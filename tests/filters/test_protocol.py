@@ -136,6 +136,21 @@ def test_a_missing_measurement_leaves_the_state_as_it_is(entry):
         assert again[1].log_evidence == seen[1].log_evidence
 
 
+def test_only_motion_in_continuous_time_depends_on_the_length_of_a_step(entry):
+    f, prior, kind = entry
+    _, z, controls = recording(f, prior, kind)
+    if isinstance(getattr(f, "process_noise", None), (Diffusion, Gyroscope)):
+        short, long = f.predict(prior, controls[0], DT), f.predict(prior, controls[0], 100.0 * DT)
+        assert long.z[0] > short.z[0] + 0.05  # less concentrated
+        with pytest.raises(InvalidArgumentError, match="dt: expected a time step"):
+            f.predict(prior, controls[0])
+        return
+    first, *others = (f.update(f.predict(prior, controls[0], dt), z[0]) for dt in (None, DT, 100.0 * DT))
+    for state, info in others:
+        np.testing.assert_array_equal(state.mode, first[0].mode)
+        assert info.log_evidence == first[1].log_evidence
+
+
 def test_a_measurement_that_is_nan_in_part_is_refused(entry):
     f, prior, kind = entry
     _, z, controls = recording(f, prior, kind)

@@ -53,7 +53,7 @@ class AxialKalmanFilter:
     def predict(
         self, state: GaussianState, control: ArrayLike | Rotation | None = None, dt: float | None = None
     ) -> GaussianState:
-        """Return the state of x ⊕ u + w for a known rotation u (..., d)."""
+        """Return the state of x ⊕ u + w for a known rotation u (..., d); w is added per step, whatever ``dt``."""
         d = len(self._w)
         check_state(state.mean, d)
         mean, covariance = state.mean, state.covariance

@@ -15,6 +15,7 @@ __all__ = [
     "covariance_matrix",
     "finite",
     "noise_covariance",
+    "noise_variance",
     "unchecked",
     "variance",
 ]
@@ -49,6 +50,12 @@ def variance(x: ArrayLike, name: str, *, positive: bool = False) -> FloatArray:
     if not np.all(a > 0.0 if positive else a >= 0.0):
         raise InvalidArgumentError(name, "finite numbers above 0" if positive else "finite numbers >= 0", a)
     return a
+
+
+def noise_variance(x: ArrayLike, name: str, *, positive: bool = False) -> None:
+    """Refuse what is no single `variance`."""
+    if variance(x, name, positive=positive).ndim:
+        raise InvalidArgumentError(name, "a single number", x)
 
 
 def covariance_matrix(x: ArrayLike, d: int | None, name: str) -> FloatArray:

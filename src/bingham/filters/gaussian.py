@@ -114,7 +114,12 @@ def kalman_update(
     e = np.where(missing[..., None], 0.0, innovation)
     PHt = covariance @ np.swapaxes(H, -1, -2)
     S = H @ PHt + R
-    gain = np.swapaxes(np.linalg.solve(S, np.swapaxes(PHt, -1, -2)), -1, -2)
+    try:
+        gain = np.swapaxes(np.linalg.solve(S, np.swapaxes(PHt, -1, -2)), -1, -2)
+    except np.linalg.LinAlgError:
+        raise InvalidArgumentError(
+            "covariance", "H P Hᵀ + R regular", "a singular sum", "give the state or the measurement more noise"
+        ) from None
     gain = np.where(missing[..., None, None], 0.0, gain)
     moved = mean + np.einsum("...ij,...j->...i", gain, e)
     parts = moved.reshape(*moved.shape[:-1], -1, m)

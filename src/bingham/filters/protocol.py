@@ -111,6 +111,18 @@ def each_step(
         controls[..., t, :] acts in the prediction before measurements[..., t, :].
     steps : (T,) array_like, optional
         Seconds of each prediction.
+
+    Examples
+    --------
+    >>> from bingham import ScalarKalmanFilter
+    >>> from bingham.filters.scalar_kalman import AngleState
+    >>> prior = AngleState(np.array(0.0), np.array(1.0))
+    >>> axes = [[0.6, 0.8], [np.nan, np.nan], [0.6, 0.8]]
+    >>> for state, info in each_step(ScalarKalmanFilter(0.1, 0.5), prior, axes):
+    ...     print(state.angle.round(3), info.reason or "seen")
+    0.638 seen
+    0.638 missing
+    0.788 seen
     """
     z = np.asarray(plain(measurements), dtype=np.float64)
     if z.ndim < 2:

@@ -73,7 +73,7 @@ class QuaternionEkf:
     def predict(
         self, state: GaussianState, control: ArrayLike | Rotation | None = None, dt: float | None = None
     ) -> GaussianState:
-        """Return the state one step later, turned by the control u (..., 4)."""
+        """Return the state one step later, turned by the control u (..., 4); w is per step, whatever ``dt``."""
         check_state(state.mean, 4)
         left = self.noise_side == "left"
         mean, covariance = state.mean, state.covariance

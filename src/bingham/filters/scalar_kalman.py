@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from bingham.filters.checks import finite, unchecked, variance
+from bingham.filters.checks import finite, noise_variance, unchecked, variance
 from bingham.filters.gaussian import KalmanInfo, KalmanTrack, run_steps
 from bingham.rotations import unit_or_missing, unit_rows
 
@@ -57,11 +57,14 @@ class ScalarKalmanFilter:
     measurement_variance: float
 
     def __post_init__(self) -> None:
-        variance(self.process_variance, "process_variance")
-        variance(self.measurement_variance, "measurement_variance", positive=True)
+        noise_variance(self.process_variance, "process_variance")
+        noise_variance(self.measurement_variance, "measurement_variance", positive=True)
 
     def predict(self, state: AngleState, control: ArrayLike | None = None, dt: float | None = None) -> AngleState:
-        """Return the state of x ⊕ u ⊕ w: the angle of the control u (..., 2) is added, and the process variance."""
+        """Return the state of x ⊕ u ⊕ w: the angle of the control u (..., 2) is added, and the process variance.
+
+        The variance is that of one step, whatever ``dt``.
+        """
         turn = 0.0 if control is None else _angle(unit_rows(control, 2, "control"))
         angle = _half_turn(state.angle + turn)
         return unchecked(AngleState, angle=angle, variance=state.variance + self.process_variance)

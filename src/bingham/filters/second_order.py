@@ -99,7 +99,10 @@ class SecondOrderBinghamFilter:
     def predict(
         self, state: SpinState, control: ArrayLike | Rotation | None = None, dt: float | None = None
     ) -> SpinState:
-        """Return the state one step later; ``control`` u (4,) turns the spin: an acceleration."""
+        """Return the state one step later; ``control`` u (4,) turns the spin: an acceleration.
+
+        Spin and noise are per step, whatever ``dt``.
+        """
         from bingham.kernels.second_order import composed_spin
 
         u = None if control is None else plain(control)

@@ -93,7 +93,10 @@ class SecondOrderQuaternionEkf:
     def predict(
         self, state: SpinningGaussian, control: ArrayLike | Rotation | None = None, dt: float | None = None
     ) -> SpinningGaussian:
-        """Return the state one step later; the control u (..., 4) turns the spin (an angular acceleration)."""
+        """Return the state one step later; the control u (..., 4) turns the spin (an angular acceleration).
+
+        Spin and noise are per step, whatever ``dt``.
+        """
         check_state(state.mean, 8)
         x, v = state.mean[..., :4], state.mean[..., 4:]
         u = np.array([1.0, 0.0, 0.0, 0.0]) if control is None else unit_rows(control, 4, "control")

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.special import i0e
 
-from bingham.filters.checks import finite, unchecked, variance
+from bingham.filters.checks import finite, noise_variance, unchecked, variance
 from bingham.filters.gaussian import KalmanInfo, KalmanTrack, run_steps
 from bingham.filters.von_mises import log_resultant, von_mises_concentration
 from bingham.rotations import unit_or_missing, unit_rows
@@ -64,8 +64,8 @@ class WrappedNormalFilter:
     measurement_variance: float
 
     def __post_init__(self) -> None:
-        variance(self.process_variance, "process_variance")
-        variance(self.measurement_variance, "measurement_variance", positive=True)
+        noise_variance(self.process_variance, "process_variance")
+        noise_variance(self.measurement_variance, "measurement_variance", positive=True)
 
     @cached_property
     def _sensor_kappa(self) -> float:
@@ -74,7 +74,7 @@ class WrappedNormalFilter:
     def predict(
         self, state: DoubledAngleState, control: ArrayLike | None = None, dt: float | None = None
     ) -> DoubledAngleState:
-        """Return the state of x ⊕ u ⊕ w: resultants multiply; control u (..., 2)."""
+        """Return the state of x ⊕ u ⊕ w: resultants multiply; control u (..., 2). w is per step, whatever ``dt``."""
         u = None if control is None else unit_rows(control, 2, "control")
         turn = 0.0 if u is None else 2.0 * np.arctan2(u[..., 1], u[..., 0])
         kappa = von_mises_concentration(log_resultant(state.kappa) - 2.0 * self.process_variance)
