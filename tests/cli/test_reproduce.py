@@ -45,7 +45,8 @@ def test_the_table_is_printed_and_stored_runs_are_used(tmp_path, monkeypatch):
     ("arguments", "words"),
     [(["kurz1813"], "expected one of kurz2013"), (["kurz2013", "--scheduler", "nowhere:1"], "scheduler: expected")],
 )
-def test_mistakes_end_in_one_line(tmp_path, arguments, words):
+def test_mistakes_end_in_one_line(tmp_path, monkeypatch, arguments, words):
+    monkeypatch.setattr("bingham.studies.workers.CONNECT_WAIT", 0.2)
     result = run(app, ["reproduce", *arguments, "--runs", "2", "-o", str(tmp_path)])
     assert result.exit_code == 2
     assert words in result.stderr
@@ -122,3 +123,46 @@ def test_errors_speak_of_options(bingham, tmp_path):
         result = bingham("reproduce", *arguments, "-o", tmp_path / "out")
         assert result.exit_code == 2
         assert result.stderr.startswith(f"bingham: {message}")
+
+
+def test_fresh_forgets_the_runs_of_this_study_only(bingham, tmp_path):
+    def reproduce(*more):
+        result = bingham("reproduce", "kurz2013", "--runs", 2, "--json", "--no-figures", "-o", tmp_path, *more)
+        return [row for row in json.loads(result.stdout)["table"] if row["metric"] != "us_per_step"]
+
+    kept = reproduce("--seed", 2)
+    (other,) = (tmp_path / "runs").glob("*/*.npz")
+    first = reproduce()
+    (stored,) = set((tmp_path / "runs").glob("*/*.npz")) - {other}
+    # Stored runs are taken as they are, here those of another seed.
+    stored.write_bytes(other.read_bytes())
+    assert reproduce() == kept != first
+    assert reproduce("--fresh") == first
+    assert other.exists()
+
+
+def test_an_interruption_says_what_is_kept_and_the_next_call_goes_on(bingham, tmp_path, monkeypatch):
+    from bingham.studies.store import RunStore
+
+    save, saved = RunStore.save, []
+
+    def save_two_then_stop(self, key, arrays):
+        if len(saved) == 2:
+            raise KeyboardInterrupt
+        saved.append(key)
+        save(self, key, arrays)
+
+    arguments = ("reproduce", "madaan2017", "--runs", 1, "--json", "--no-figures", "-o", tmp_path)
+    with monkeypatch.context() as patched:
+        patched.setattr(RunStore, "save", save_two_then_stop)
+        result = bingham(*arguments)
+    assert result.exit_code == 130
+    assert result.stdout == ""
+    assert result.stderr.startswith("bingham: interrupted; 2 of ")
+    assert f"parts are stored in {tmp_path / 'runs'}" in result.stderr
+    assert "the same command continues from there" in result.stderr
+    assert not (tmp_path / "madaan2017.json").exists()
+    times = {path: path.stat().st_mtime_ns for path in (tmp_path / "runs").glob("*/*.npz")}
+    assert len(times) == 2
+    assert bingham(*arguments).exit_code == 0
+    assert all(path.stat().st_mtime_ns == before for path, before in times.items())

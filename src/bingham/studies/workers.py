@@ -12,6 +12,8 @@ __all__ = ["WorkersLostError", "in_processes", "on_cluster", "run_chunk"]
 
 # How often the pool is started again after a worker died without any chunk finished in between.
 RESTARTS = 3
+# How long a scheduler may take to answer, in seconds.
+CONNECT_WAIT = 10.0
 # How long a cluster may be without any worker, in seconds.
 WORKER_WAIT = 30.0
 
@@ -60,7 +62,7 @@ def on_cluster(chunks: Sequence[Chunk], scheduler: str) -> Iterator[tuple[str, A
     if not chunks:
         return
     try:
-        client: Any = Client(scheduler, timeout=10)
+        client: Any = Client(scheduler, timeout=CONNECT_WAIT)
     except (OSError, ValueError, TypeError) as error:
         remedy = "start one with `dask scheduler`, workers with `dask worker`"
         raise InvalidArgumentError("scheduler", "a running Dask scheduler", repr(scheduler), remedy) from error
