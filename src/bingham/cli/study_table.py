@@ -15,8 +15,11 @@ __all__ = ["write_result"]
 
 # What the names of the metrics do not say themselves.
 MEANINGS = {
+    "calibration_ks": "largest distance of the credible levels of the truth from uniform ones, 0 if it is right",
     "coverage_95": "share of the true values within the filter's 95 % region",
     "kl": "Kullback–Leibler divergence between the approximation and the true law, nat",
+    "nees": "mean normalised estimation error over the degrees of freedom, 1 if it is right",
+    "spin_coverage_95": "coverage_95 of the spin",
     "us_per_step": "microseconds for one step of prediction and update",
     "wins": "number of runs in which the filter has the smaller error",
 }
