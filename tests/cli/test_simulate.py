@@ -44,7 +44,24 @@ def test_options_reach_the_sensors(bingham, tmp_path):
             ("--sensor", "orientation", "--bias", 0.1, "-o", "x.npz"),
             "--bias: expected an inertial unit, got --sensor orientation; leave the option out",
         ),
-        (("--duration", -1, "-o", "x.npz"), "duration_s: expected a positive number, got -1.0"),
+        (("--duration", -1, "-o", "x.npz"), "--duration: expected a positive number, got -1.0"),
+        (("--rate", 0, "-o", "x.npz"), "--rate: expected a positive number, got 0.0"),
+        (("--drop", 2, "-o", "x.npz"), "--drop: expected 0 ≤ probability < 1, got 2.0"),
+        (("--bias", "nan", "-o", "x.npz"), "--bias: expected a finite number, rad/s, got nan"),
+        (
+            ("--rest", 40, "-o", "x.npz"),
+            "--rest: expected at least 0 and less than half of the duration, 30 s, got 40.0",
+        ),
+        (
+            ("--duration", 1e9, "-o", "x.npz"),
+            "--duration: expected at most 5,000,000 samples, 50000 s at 100 Hz, got 1000000000.0; "
+            "simulate several recordings, or lower --rate",
+        ),
+        (
+            ("--sensor", "orientation", "--noise", 3, "-o", "x.npz"),
+            "--noise: expected rad, at most about 0.9: with more no orientation is the most probable, got 3.0; "
+            "degrees? Multiply by π/180",
+        ),
         (("--sensor", "orientation", "--noise", 0, "-o", "x.npz"), "--noise: expected a number > 0, rad, got 0.0"),
     ],
 )
@@ -53,3 +70,19 @@ def test_mistakes_are_one_line(bingham, tmp_path, monkeypatch, options, message)
     result = bingham("simulate", "tumbling", *options)
     assert (result.exit_code, result.stderr) == (2, f"bingham: {message}\n")
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize(("duration", "rest"), [(4, 1.0), (20, 5.0), (40, 5.0)])
+def test_the_rest_unless_given_suits_the_duration(bingham, tmp_path, duration, rest):
+    path = tmp_path / "x.npz"
+    result = bingham("simulate", "precession", "--sensor", "orientation", "--duration", duration, "-o", path)
+    assert result.exit_code == 0, result.stderr
+    truth = read_recording(path).truth
+    still = np.sum(np.all(truth == truth[0], axis=1))
+    assert still == 100 * rest + 1
+
+
+def test_a_negative_seed_is_refused(bingham, tmp_path):
+    result = bingham("simulate", "tumbling", "--seed", -1, "-o", tmp_path / "x.npz")
+    assert (result.exit_code, list(tmp_path.iterdir())) == (2, [])
+    assert "--seed" in result.stderr

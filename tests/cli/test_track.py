@@ -182,6 +182,15 @@ def test_a_wrong_option_is_one_line(bingham, imu, tmp_path, options, message):
     assert not (tmp_path / "out").exists()
 
 
+def test_noise_that_leaves_no_mode_is_named_by_its_option(bingham, tmp_path):
+    path = tmp_path / "still.csv"
+    path.write_text("t,qw,qx,qy,qz\n0,1,0,0,0\n1,1,0,0,0\n")
+    result = bingham("track", path, "--measurement-noise", 2.3, "-o", tmp_path / "out")
+    assert result.exit_code == 2
+    assert result.stderr.startswith("bingham: --measurement-noise: expected rad, at most about 0.9")
+    assert result.stderr.endswith("got 2.3; degrees? Multiply by π/180\n")
+
+
 def test_options_without_effect_on_any_recording_are_refused(bingham, imu, axes_in_plane, tmp_path):
     given = ("--plain", "--gate", 0.99, "--no-figure", "-o", tmp_path / "out")
     result = bingham("track", axes_in_plane, *given)

@@ -122,7 +122,7 @@ def _orientations(recording: OrientationRecording, options: FilterOptions) -> Pr
 
     filter_ = BinghamFilter(
         Diffusion(options.process_noise, recording.dim),
-        OrientationSensor(orientation_noise(options.measurement_noise, recording.dim)),
+        OrientationSensor(orientation_noise("--measurement-noise", options.measurement_noise, recording.dim)),
         gate=Gate(options.gate) if options.gate < 1 else None,
     )
     prior = Bingham.uniform(recording.dim)
@@ -135,12 +135,24 @@ def _orientations(recording: OrientationRecording, options: FilterOptions) -> Pr
     return Prepared("first-order, smoothed" if options.smooth else "first-order", run, of_track)
 
 
-def orientation_noise(deviation_rad: float, dim: int) -> Bingham:
-    """Return the isotropic law about the identity whose angle has the given standard deviation per axis."""
+def orientation_noise(option: str, deviation_rad: float, dim: int) -> Bingham:
+    """Return the isotropic law about the identity whose angle has the given standard deviation per axis.
+
+    Raises
+    ------
+    InvalidArgumentError
+        Naming the option, if no law with a mode has that deviation.
+    """
     from bingham.distributions.bingham import Bingham
 
+    if not 0 < deviation_rad * deviation_rad < np.inf:
+        raise InvalidArgumentError(option, "a number > 0, rad", deviation_rad)
     if dim == 4:
-        return Bingham.from_covariance([1.0, 0.0, 0.0, 0.0], deviation_rad**2 * np.eye(3), frame="body")
+        try:
+            return Bingham.from_covariance([1.0, 0.0, 0.0, 0.0], deviation_rad**2 * np.eye(3), frame="body")
+        except InvalidArgumentError:
+            expected = "rad, at most about 0.9: with more no orientation is the most probable"
+            raise InvalidArgumentError(option, expected, deviation_rad, "degrees? Multiply by π/180") from None
     # E sin² of a normal angle.
     across = -np.expm1(-2 * deviation_rad**2) / 2
     return Bingham.from_moment(np.diag([1 - across, across]))

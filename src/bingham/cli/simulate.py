@@ -6,6 +6,7 @@ from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
 import typer
 
 from bingham.errors import InvalidArgumentError
@@ -25,6 +26,18 @@ Examples:
 
     bingham simulate tumbling --duration 600 --bias 0.01 --no-magnetometer --seed 7 -o drift.npz
 """
+
+# Arguments of the simulation → options.
+OPTIONS = {
+    "duration_s": "--duration",
+    "rate_hz": "--rate",
+    "rest_s": "--rest",
+    "jitter": "--jitter",
+    "drop_probability": "--drop",
+}
+# All samples are in memory at once, in arrays of some 40 numbers a sample.
+MOST_SAMPLES = 5_000_000
+LONGEST_DEFAULT_REST = 5.0
 
 
 class MotionKind(StrEnum):
@@ -57,19 +70,25 @@ def simulate(
     sensor: Sensor = typer.Option(Sensor.imu, help="An inertial and magnetic unit, or one that measures orientations."),
     duration: float = typer.Option(60.0, metavar="S", help="Duration, rests included."),
     rate: float = typer.Option(100.0, metavar="HZ", help="Sampling rate."),
-    rest: float = typer.Option(5.0, metavar="S", help="Rest before and after the motion, each."),
+    rest: float | None = typer.Option(
+        None,
+        metavar="S",
+        help="Rest before and after the motion, each; 5 unless given, at most a quarter of the duration.",
+        show_default=False,
+    ),
     jitter: float = typer.Option(0.0, metavar="0…0.5", help="Irregularity of sample times, share of the interval."),
     drop: float = typer.Option(0.0, metavar="P", help="Chance that a sample is missing."),
     noise: float = typer.Option(0.05, metavar="RAD", help="Orientation: standard deviation about each axis."),
     bias: float = typer.Option(0.0, metavar="RAD/S", help="IMU: constant bias of each gyroscope axis."),
     magnetometer: bool = typer.Option(True, help="IMU: with or without a magnetometer."),
-    seed: int = typer.Option(0, help="Same seed, same recording."),
+    seed: int = typer.Option(0, min=0, help="Same seed, same recording."),
 ) -> None:
     """Simulate a recording with known truth, to be read by `bingham track`."""
     from bingham import io, simulate
     from bingham.cli.filtering import orientation_noise
     from bingham.cli.first_use import announce_compilation
     from bingham.cli.given import given_options, refuse
+    from bingham.cli.wording import in_options
     from bingham.recording import amended
 
     given = given_options(context)
@@ -80,20 +99,26 @@ def simulate(
     writers: dict[str, Any] = {".npz": io.write_npz, ".csv": io.write_csv}
     if output.suffix not in writers:
         raise InvalidArgumentError("--output", "a file ending in .npz or .csv", output.name)
+    if duration * rate > MOST_SAMPLES:
+        longest = f"at most {MOST_SAMPLES:,} samples, {MOST_SAMPLES / rate:g} s at {rate:g} Hz"
+        raise InvalidArgumentError("--duration", longest, duration, "simulate several recordings, or lower --rate")
+    if not np.isfinite(bias):
+        raise InvalidArgumentError("--bias", "a finite number, rad/s", bias)
     announce_compilation()
+    rest = min(LONGEST_DEFAULT_REST, duration / 4) if rest is None else rest
     timing: dict[str, Any] = {"rest_s": rest, "jitter": jitter, "drop_probability": drop, "rng": seed}
     bodies = {
         MotionKind.tumbling: simulate.simulate_tumbling,
         MotionKind.precession: simulate.simulate_precession,
     }
-    moved: Motion = bodies[motion](duration, rate, **timing)
+    with in_options(OPTIONS):
+        moved: Motion = bodies[motion](duration, rate, **timing)
     recording: ImuRecording | OrientationRecording
     if sensor is Sensor.imu:
         recording = simulate.simulate_imu(moved, gyroscope_bias=[bias] * 3, magnetometer=magnetometer, rng=seed + 1)
     else:
-        if not noise > 0:
-            raise InvalidArgumentError("--noise", "a number > 0, rad", noise)
-        recording = simulate.simulate_orientations(moved, orientation_noise(noise, 4), rng=seed + 1)
+        law = orientation_noise("--noise", noise, 4)
+        recording = simulate.simulate_orientations(moved, law, rng=seed + 1)
     try:
         output.parent.mkdir(parents=True, exist_ok=True)
     except OSError as error:

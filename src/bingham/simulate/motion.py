@@ -62,6 +62,8 @@ def phases(
 ) -> tuple[NDArray[np.bool_], NDArray[np.float64]]:
     """Samples of the motion between the rests, and the time since it began."""
     if not 0 <= 2 * rest_s < duration_s:
-        raise InvalidArgumentError("rest_s", f"0 ≤ rest_s < duration_s / 2 = {duration_s / 2:g}", rest_s)
+        raise InvalidArgumentError(
+            "rest_s", f"at least 0 and less than half of the duration, {duration_s / 2:g} s", rest_s
+        )
     end = duration_s - rest_s
     return (time >= rest_s) & (time <= end), np.clip(time, rest_s, end) - rest_s
