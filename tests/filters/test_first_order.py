@@ -323,6 +323,6 @@ def test_a_rate_that_is_not_finite_is_named_by_its_row():
 def test_prior_and_measurements_are_not_exchanged():
     f = BinghamFilter(Diffusion(0.1), Bingham.from_covariance([1.0, 0, 0, 0], 0.01 * np.eye(3), frame="body"))
     with pytest.raises(
-        InvalidArgumentError, match="prior: expected a Bingham law, got ndarray; the prior comes before"
+        InvalidArgumentError, match=r"prior: expected a Bingham law, got an array of shape .*; the prior comes before"
     ):
         f.run(np.array([[1.0, 0, 0, 0]]), Bingham.uniform(4), times=[0.0])

@@ -23,6 +23,8 @@ from bingham import (
     SpinState,
     VectorSensor,
     WrappedNormalFilter,
+    smooth_fixed_interval,
+    smooth_fixed_lag,
 )
 from bingham.errors import InvalidArgumentError
 from bingham.filters.gaussian import GaussianState
@@ -206,3 +208,79 @@ def test_a_loop_names_the_row_of_a_mistake():
             list(each_step(f, WIDE[4], z, **wrong))
     with pytest.raises(InvalidArgumentError, match="measurements: expected shape"):
         list(each_step(f, WIDE[4], z[0]))
+
+
+CLOSE = 0.01 * np.eye(3)
+SHEER = BinghamMixture.single(WIDE[4])
+
+
+class OwnSensor:
+    """A user's: nothing but the method of the protocol."""
+
+    def likelihood(self, z, predicted):
+        return VectorSensor([0.0, 0.0, 1.0], 50.0).likelihood(z, predicted)
+
+
+class OwnMotion:
+    """A user's: a dimension and the method of the protocol."""
+
+    dim = 4
+
+    def propagate(self, state, control, dt):
+        return state
+
+
+def test_sensors_and_motions_of_users_are_taken():
+    for kind, prior in ((BinghamFilter, WIDE[4]), (MixtureFilter, SHEER)):
+        f = kind(OwnMotion(), OwnSensor())
+        assert f.update(f.predict(prior), [0.0, 0.0, 1.0])[1].accepted
+
+
+@pytest.mark.parametrize("kind", [BinghamFilter, MixtureFilter])
+@pytest.mark.parametrize(("arguments", "message"), [
+    ((V[4], Gyroscope(0.01)), "measurement_noise: expected a Bingham law.*likelihood.*got a Gyroscope; swap them"),
+    ((VectorSensor([0, 0, 1.0], 9.0), V[4]), "process_noise: expected .*propagate.*got a VectorSensor; swap them"),
+    ((Gyroscope(0.01), CLOSE), r"measurement_noise: .*array of shape \(3, 3\); .*Bingham.from_covariance"),
+    ((CLOSE, V[4]), r"process_noise: .*array of shape \(3, 3\); .*Bingham.from_covariance"),
+    ((0.3, V[4]), "process_noise: .* got 0.3; .*Diffusion"),
+    ((Gyroscope, V[4]), "process_noise: .* got the class Gyroscope"),
+    ((W[4], None), "measurement_noise: .* got None"),
+])  # fmt: skip
+def test_noises_that_are_none_are_named_when_the_filter_is_made(kind, arguments, message):
+    with pytest.raises(InvalidArgumentError, match=message):
+        kind(*arguments)
+
+
+@pytest.mark.parametrize(("call", "message"), [
+    (lambda: BinghamFilter(W[4], V[4], gate=0.999), r"gate: expected a Gate, got 0.999; write gate=Gate\(0.999\)"),
+    (lambda: BinghamFilter(W[4], SHEER), "measurement_noise: .*BinghamMixture; MixtureFilter takes mixtures"),
+    (lambda: SampledFilter(process_noise=CLOSE), "process_noise: expected a Bingham law"),
+    (lambda: SecondOrderBinghamFilter(CLOSE, V[4]), "process_noise: expected a Bingham law"),
+    (lambda: SpinState([1.0, 0, 0, 0], WIDE[4]), "orientation: expected a Bingham law, got a list; make one by"),
+])  # fmt: skip
+def test_what_makes_no_filter_is_named(call, message):
+    with pytest.raises(InvalidArgumentError, match=message):
+        call()
+
+
+@pytest.mark.parametrize("name", FILTERS)
+def test_a_state_of_another_kind_is_named_and_its_remedy(name):
+    f, z = FILTERS[name][0], np.eye(4)[0]
+    for state in (np.eye(4)[0], [1.0, 0.0, 0.0, 0.0], None):
+        for call in (f.predict, lambda s: f.update(s, z)):
+            with pytest.raises(InvalidArgumentError, match="state: expected a"):
+                call(state)
+
+
+@pytest.mark.parametrize(("call", "message"), [
+    (lambda f: f.update(SHEER, np.eye(4)[0]), "state: .*MixtureFilter; one of the laws"),
+    (lambda f: f.predict(f.run(WIDE[4], np.eye(4))), "state: .*got a Track; the last law of a track is track.final"),
+    (lambda f: MixtureFilter(W[4], V[4]).update(WIDE[4], np.eye(4)[0]), "state: .*BinghamMixture.single"),
+    (lambda f: SampledFilter().run(np.eye(4)[0], np.eye(4)), "prior: expected a Bingham law"),
+    (lambda f: smooth_fixed_lag(WIDE[4], f, np.eye(4), 2), "bingham_filter: .*got a Bingham; the filter comes first"),
+    (lambda f: smooth_fixed_interval(f, f.run(WIDE[4], np.eye(4)), np.eye(4)), "prior: .* got a Track"),
+    (lambda f: smooth_fixed_lag(f, WIDE[4], np.eye(4), 2.5), "lag: expected a whole number"),
+])  # fmt: skip
+def test_laws_and_tracks_are_not_exchanged(call, message):
+    with pytest.raises(InvalidArgumentError, match=message):
+        call(BinghamFilter(W[4], V[4]))

@@ -190,5 +190,11 @@ def test_bad_arguments_are_refused():
         RiemannianSampling(10, correction="magic")
     with pytest.raises(InvalidArgumentError, match="penalty"):
         RiemannianSampling(10, penalty=1.0)
+    with pytest.raises(InvalidArgumentError, match=r"m: expected a whole number ≥ 1, got 20\.5"):
+        RiemannianSampling(20.5)
+    with pytest.raises(InvalidArgumentError, match="distribution: expected a Bingham law, got a list"):
+        RiemannianSampling(10).sample([1.0, 0.0, 0.0, 0.0])
+    with pytest.raises(InvalidArgumentError, match="rng: expected None, a whole number"):
+        RandomSampling(10, rng="a")
     with pytest.raises(InvalidArgumentError, match="single law"):
         RiemannianSampling(10).sample(Bingham([[-1.0, 0.0], [-2.0, 0.0]], np.eye(2)))

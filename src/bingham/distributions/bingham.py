@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from bingham.distributions.algebra import compose_spectra, noise_parts, sample_rows, sorted_spectrum, spectral
+from bingham.distributions.arguments import as_generator, check_kind, whole_number
 from bingham.distributions.normalizer import log_normalizer, log_normalizer_derivatives, solve_moments
 from bingham.distributions.uncertainty import (
     covariance,
@@ -193,8 +194,7 @@ class Bingham:
     @classmethod
     def uniform(cls, d: int) -> Self:
         """Return the uniform law on S^{d−1}."""
-        if d < 2:
-            raise InvalidArgumentError("d", "an ambient dimension of at least 2", d)
+        whole_number(d, "d", 2)
         return cls.from_spectrum(np.zeros(d), np.eye(d))
 
     # Parameters
@@ -290,7 +290,7 @@ class Bingham:
         rng : None, int or numpy.random.Generator
             Passed to ``numpy.random.default_rng``; the same seed gives the same samples.
         """
-        generator = np.random.default_rng(rng)
+        generator = as_generator(rng)
         try:
             dims = () if size is None else tuple(map(index, np.atleast_1d(size)))
         except TypeError:
@@ -427,6 +427,7 @@ class Bingham:
         return cls.from_spectrum(z, axes, log_f)
 
     def _check_same_dimension(self, other: Bingham) -> None:
+        check_kind(other, Bingham, "other")
         if other.dim != self.dim:
             raise InvalidArgumentError("other", f"a law of dimension {self.dim}", other.dim)
 

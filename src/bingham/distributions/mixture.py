@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.special import gammaln, logsumexp
 
+from bingham.distributions.arguments import as_generator
 from bingham.distributions.bingham import Bingham
 from bingham.errors import InvalidArgumentError
 from bingham.rotations import unit_rows
@@ -232,7 +233,7 @@ class BinghamMixture:
 
     def rvs(self, size: int, *, rng: Any = None) -> FloatArray:
         """Return exact, independent samples (size, d)."""
-        generator = np.random.default_rng(rng)
+        generator = as_generator(rng)
         laws, weights = self.laws()
         counts = generator.multinomial(size, weights)
         parts = [laws[k].rvs(int(count), rng=generator) for k, count in enumerate(counts)]

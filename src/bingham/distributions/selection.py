@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from bingham.distributions.arguments import as_generator
 from bingham.distributions.em import EMResult, expectation_maximization
 from bingham.distributions.mixture import BinghamMixture
 from bingham.distributions.sample_consensus import sample_consensus
@@ -62,7 +63,7 @@ def fit_mixture(
         raise InvalidArgumentError("max_concentration", "a ceiling above 1", max_concentration)
     d = a.shape[1]
     least = d * (d + 1) // 2 if min_points is None else min_points
-    generator = np.random.default_rng(rng)
+    generator = as_generator(rng)
     if method == "sac":
         found = sample_consensus(a, max(sizes), rng=generator, weights=counts, min_points=max(least, 1),
                                  min_density=min_density, max_concentration=max_concentration,

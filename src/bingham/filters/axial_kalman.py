@@ -55,7 +55,7 @@ class AxialKalmanFilter:
     ) -> GaussianState:
         """Return the state of x ⊕ u + w for a known rotation u (..., d); w is added per step, whatever ``dt``."""
         d = len(self._w)
-        check_state(state.mean, d)
+        check_state(state, GaussianState, d)
         mean, covariance = state.mean, state.covariance
         if control is not None:
             u = unit_rows(control, d, "control")
@@ -67,7 +67,7 @@ class AxialKalmanFilter:
     def update(self, state: GaussianState, z: ArrayLike | Rotation) -> tuple[GaussianState, KalmanInfo]:
         """Return the state given the measurement ±z (..., d); NaN is a missing measurement."""
         d = len(self._w)
-        check_state(state.mean, d)
+        check_state(state, GaussianState, d)
         innovation = mirrored(z, state.mean) - state.mean
         mean, covariance, info = kalman_update(state.mean, state.covariance, innovation, np.eye(d), self._v)
         return unchecked(GaussianState, mean=mean, covariance=covariance), info

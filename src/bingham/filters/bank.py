@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.transform import Rotation
 
+from bingham.distributions.arguments import check_kind
 from bingham.errors import InvalidArgumentError
 from bingham.filters.protocol import Filter, Info
 
@@ -112,6 +113,7 @@ class FilterBank:
             raise InvalidArgumentError("members", "at least one filter", "none")
 
     def _pairs(self, state: BankState) -> list[tuple[Any, Any]]:
+        check_kind(state, BankState, "state", "start from BankState([state, ...])")
         members = list(self.members) * (len(state.states) if len(self.members) == 1 else 1)
         if len(members) != len(state.states):
             raise InvalidArgumentError("state", f"{len(members)} states, one for each filter", len(state.states))

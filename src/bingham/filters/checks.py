@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
-from typing import TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from bingham.distributions.arguments import check_kind, described
+from bingham.distributions.bingham import Bingham
+from bingham.distributions.mixture import BinghamMixture
 from bingham.errors import InvalidArgumentError
 
 __all__ = [
+    "check_measurement_noise",
     "check_noise_side",
+    "check_process_noise",
     "check_state",
     "covariance_matrix",
     "finite",
@@ -23,6 +28,8 @@ __all__ = [
 FloatArray = NDArray[np.float64]
 T = TypeVar("T")
 
+LAW_OF_NOISE = "for a covariance C about the identity: Bingham.from_covariance([1, 0, 0, 0], C, frame='body')"
+
 
 def check_noise_side(noise_side: str) -> None:
     """Refuse what is neither "right" (body frame) nor "left" (world frame)."""
@@ -30,8 +37,39 @@ def check_noise_side(noise_side: str) -> None:
         raise InvalidArgumentError("noise_side", "'right' or 'left'", repr(noise_side))
 
 
-def check_state(mean: FloatArray, length: int) -> None:
-    """Refuse a state whose vector has another length than the filter's."""
+def check_process_noise(w: Any) -> None:
+    """Refuse what is neither a law nor has the methods of a `MotionModel`."""
+    if isinstance(w, Bingham) or (callable(getattr(w, "propagate", None)) and not isinstance(w, type)):
+        return
+    expected = "a Bingham law or a motion model with propagate(state, control, dt)"
+    if callable(getattr(w, "likelihood", None)):
+        remedy = "swap them: the process noise comes first, the sensor second"
+    else:
+        remedy = LAW_OF_NOISE + ", or take Diffusion(σ) or Gyroscope(noise density)"
+    raise InvalidArgumentError("process_noise", expected, described(w), remedy)
+
+
+def check_measurement_noise(v: Any, *, mixtures: bool = False) -> None:
+    """Refuse what is neither a law (or a mixture, where filters take them) nor has the method of a `Sensor`."""
+    if isinstance(v, Bingham) or (mixtures and isinstance(v, BinghamMixture)):
+        return
+    if callable(getattr(v, "likelihood", None)) and not isinstance(v, type):
+        return
+    laws = "a Bingham law, a BinghamMixture" if mixtures else "a Bingham law"
+    if callable(getattr(v, "propagate", None)):
+        remedy = "swap them: the process noise, or motion model, comes first, the sensor second"
+    elif isinstance(v, BinghamMixture):
+        remedy = "MixtureFilter takes mixtures"
+    else:
+        remedy = LAW_OF_NOISE
+    expected = f"{laws} or a sensor with likelihood(z, predicted)"
+    raise InvalidArgumentError("measurement_noise", expected, described(v), remedy)
+
+
+def check_state(state: Any, kind: type[Any], length: int) -> None:
+    """Refuse a state of another kind, or whose vector has another length, than the filter's."""
+    check_kind(state, kind, "state")
+    mean = state.mean
     if mean.shape[-1] != length:
         raise InvalidArgumentError("state", f"a mean of shape (..., {length})", mean.shape)
 

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from bingham.distributions.bingham import Bingham
+from bingham.distributions.checks import check_law
 from bingham.errors import ConvergenceError, InvalidArgumentError
 from bingham.filters.user_functions import checked_log_likelihood
 
@@ -73,6 +74,7 @@ def exact_posterior(
     ConvergenceError
         If 5e7 evaluations do not reach the tolerance.
     """
+    check_law(prior, "prior")
     if prior.shape or prior.dim not in INITIAL:
         raise InvalidArgumentError("prior", "a single law of dimension 2, 3 or 4", repr(prior))
     n = prior.dim - 1

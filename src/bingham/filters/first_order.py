@@ -9,9 +9,11 @@ from typing import Literal
 from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
+from bingham.distributions.arguments import described
 from bingham.distributions.bingham import Bingham
+from bingham.distributions.checks import check_law
 from bingham.errors import InvalidArgumentError
-from bingham.filters.checks import check_noise_side
+from bingham.filters.checks import check_measurement_noise, check_noise_side, check_process_noise
 from bingham.filters.gate import Gate
 from bingham.filters.protocol import MISSING, UpdateInfo
 from bingham.filters.sequence import run_conjugate
@@ -60,6 +62,13 @@ class BinghamFilter:
         check_noise_side(self.noise_side)
         left = self.noise_side == "left"
         w, v = self.process_noise, self.measurement_noise
+        check_process_noise(w)
+        check_measurement_noise(v)
+        if self.gate is not None and not isinstance(self.gate, Gate):
+            number = isinstance(self.gate, float)
+            raise InvalidArgumentError(
+                "gate", "a Gate", described(self.gate), f"write gate=Gate({self.gate})" if number else "Gate(0.999)"
+            )
         put = object.__setattr__
         put(self, "_motion", NoisyIdentity(w, left) if isinstance(w, Bingham) else w)
         put(self, "_sensor", OrientationSensor(v, left) if isinstance(v, Bingham) else v)
@@ -90,6 +99,7 @@ class BinghamFilter:
         dt : float, optional
             Seconds, for motion models in continuous time; noise given once per step does not depend on it.
         """
+        check_law(state, "state")
         return self.motion.propagate(state, None if control is None else plain(control), dt)
 
     def update(self, state: Bingham, z: ArrayLike | Rotation) -> tuple[Bingham, UpdateInfo]:
@@ -109,6 +119,7 @@ class BinghamFilter:
         UpdateInfo
             log_evidence = log F(A + L) − log F(A) − log F(noise), the gate's statistic, threshold, decision and reason.
         """
+        check_law(state, "state")
         z = plain(z)
         if is_missing(z):
             return state, MISSING
@@ -160,10 +171,7 @@ class BinghamFilter:
         """
         if keep not in ("all", "last"):
             raise InvalidArgumentError("keep", "'all' or 'last'", repr(keep))
-        if not isinstance(prior, Bingham):
-            raise InvalidArgumentError(
-                "prior", "a Bingham law", type(prior).__name__, "the prior comes before the rows"
-            )
+        check_law(prior, "prior", "the prior comes before the rows")
         if isinstance(self.sensor, OrientationSensor) and isinstance(
             self.motion, (NoisyIdentity, Diffusion, Gyroscope)
         ):

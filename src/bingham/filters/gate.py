@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 from scipy.special import chdtri
 
+from bingham.distributions.arguments import check_number
 from bingham.errors import InvalidArgumentError
 
 __all__ = ["Gate"]
@@ -28,6 +29,7 @@ class Gate:
     probability: float = 0.999
 
     def __post_init__(self) -> None:
+        check_number(self.probability, "probability", "a number in (0, 1)")
         if not 0.0 < self.probability < 1.0:
             raise InvalidArgumentError("probability", "a number in (0, 1)", self.probability)
 

@@ -11,10 +11,12 @@ from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 from scipy.special import logsumexp
 
+from bingham.distributions.arguments import whole_number
 from bingham.distributions.bingham import Bingham
+from bingham.distributions.checks import check_law, check_mixture
 from bingham.distributions.mixture import BinghamMixture, log_area
 from bingham.errors import InvalidArgumentError
-from bingham.filters.checks import check_noise_side
+from bingham.filters.checks import check_measurement_noise, check_noise_side, check_process_noise
 from bingham.filters.protocol import MISSING, UpdateInfo
 from bingham.models.motion import MotionModel, NoisyIdentity
 from bingham.models.sensors import OrientationSensor, Sensor, condition
@@ -35,6 +37,7 @@ def ambiguous_noise(noise: Bingham, symmetries: ArrayLike) -> BinghamMixture:
     >>> ambiguous_noise(v, [[1.0, 0, 0, 0], [0, 0, 0, 1.0]]).size
     2
     """
+    check_law(noise, "noise")
     g = np.asarray(symmetries, dtype=np.float64)
     if g.ndim != 2 or noise.shape or g.shape[1] != noise.dim:
         raise InvalidArgumentError("symmetries", f"unit rows, shape (m, {noise.dim}), with one noise law", g.shape)
@@ -81,8 +84,9 @@ class MixtureFilter:
 
     def __post_init__(self) -> None:
         check_noise_side(self.noise_side)
-        if self.max_components < 1:
-            raise InvalidArgumentError("max_components", "at least one", self.max_components)
+        check_process_noise(self.process_noise)
+        check_measurement_noise(self.measurement_noise, mixtures=True)
+        whole_number(self.max_components, "max_components", 1)
 
     @property
     def motion(self) -> MotionModel:
@@ -102,6 +106,7 @@ class MixtureFilter:
         self, state: BinghamMixture, control: ArrayLike | Rotation | None = None, dt: float | None = None
     ) -> BinghamMixture:
         """Move every component by the motion model; a uniform background stays uniform."""
+        check_mixture(state, "state")
         control = None if control is None else plain(control)
         moved = [self.motion.propagate(state.components[k], control, dt) for k in range(state.size)]
         return BinghamMixture(state.weights, _batch(moved), state.background)
@@ -120,6 +125,7 @@ class MixtureFilter:
         UpdateInfo
             Its log_evidence is exact, before dropping and merging; the statistic is the least one of all hypotheses.
         """
+        check_mixture(state, "state")
         z = plain(z)
         if is_missing(z):
             return state, MISSING

@@ -74,7 +74,7 @@ class QuaternionEkf:
         self, state: GaussianState, control: ArrayLike | Rotation | None = None, dt: float | None = None
     ) -> GaussianState:
         """Return the state one step later, turned by the control u (..., 4); w is per step, whatever ``dt``."""
-        check_state(state.mean, 4)
+        check_state(state, GaussianState, 4)
         left = self.noise_side == "left"
         mean, covariance = state.mean, state.covariance
         if control is not None:
@@ -92,7 +92,7 @@ class QuaternionEkf:
 
         ``covariance`` (4, 4) replaces the measurement noise for this update.
         """
-        check_state(state.mean, 4)
+        check_state(state, GaussianState, 4)
         noise = self._v if covariance is None else noise_covariance(covariance, 4, "covariance")
         unit, H = projection_jacobian(state.mean)
         if self.rotate_noise:

@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.transform import Rotation
 
 from bingham.distributions.bingham import Bingham
+from bingham.distributions.checks import check_law
 from bingham.errors import ConvergenceError, InvalidArgumentError
 from bingham.filters.checks import check_noise_side
 from bingham.filters.sequence import time_steps
@@ -111,6 +112,8 @@ class SampledFilter:
                 "sampler", "an object with sample(distribution) -> points, weights", self.sampler
             )
         noise = self.process_noise
+        if noise is not None:
+            check_law(noise, "process_noise")
         if noise is not None and (noise.shape or noise.dim not in (2, 4)):
             raise InvalidArgumentError("process_noise", "a single law of dimension 2 or 4", repr(noise))
 
@@ -122,6 +125,7 @@ class SampledFilter:
         InvalidArgumentError
             If the motion returns other than finite unit vectors (m, d).
         """
+        check_law(state, "state")
         return self._predict(state, control, dt, "predict")
 
     def update(
@@ -136,6 +140,7 @@ class SampledFilter:
         InvalidArgumentError
             If the log-likelihood returns other than (m,) numbers below +∞, or is −∞ for every sample.
         """
+        check_law(state, "state")
         if is_missing(z):
             return state, SampledUpdateInfo(0.0, math.nan, (), False, False, "missing")
         return self._update(state, z, log_likelihood, "update")
@@ -153,6 +158,7 @@ class SampledFilter:
 
         Parameters are those of `BinghamFilter.run`; the motion gets the row of controls and the seconds of each step.
         """
+        check_law(prior, "prior")
         rows = np.asarray(plain(measurements), dtype=np.float64)
         if rows.ndim != 2:
             raise InvalidArgumentError("measurements", "shape (T, k)", rows.shape)

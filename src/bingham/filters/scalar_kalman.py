@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from bingham.distributions.arguments import check_kind
 from bingham.filters.checks import finite, noise_variance, unchecked, variance
 from bingham.filters.gaussian import KalmanInfo, KalmanTrack, run_steps
 from bingham.rotations import unit_or_missing, unit_rows
@@ -65,12 +66,14 @@ class ScalarKalmanFilter:
 
         The variance is that of one step, whatever ``dt``.
         """
+        check_kind(state, AngleState, "state")
         turn = 0.0 if control is None else _angle(unit_rows(control, 2, "control"))
         angle = _half_turn(state.angle + turn)
         return unchecked(AngleState, angle=angle, variance=state.variance + self.process_variance)
 
     def update(self, state: AngleState, z: ArrayLike) -> tuple[AngleState, KalmanInfo]:
         """Return the state given the measured axis z (..., 2); NaN is a missing measurement."""
+        check_kind(state, AngleState, "state")
         measured = _angle(unit_or_missing(z, 2, "z"))
         missing = np.isnan(measured)
         # Shift by a multiple of π so that |innovation| ≤ π/2.

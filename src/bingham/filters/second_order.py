@@ -9,7 +9,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.transform import Rotation
 
+from bingham.distributions.arguments import check_kind
 from bingham.distributions.bingham import Bingham
+from bingham.distributions.checks import check_law
 from bingham.errors import InvalidArgumentError
 from bingham.filters.checks import check_noise_side
 from bingham.filters.protocol import MISSING, UpdateInfo
@@ -24,6 +26,7 @@ IDENTITY = np.array([1.0, 0.0, 0.0, 0.0])
 
 
 def _check_law(law: Bingham, name: str) -> None:
+    check_law(law, name)
     if law.dim != 4 or law.shape:
         raise InvalidArgumentError(name, "a single law of dimension 4", repr(law))
 
@@ -105,6 +108,7 @@ class SecondOrderBinghamFilter:
         """
         from bingham.kernels.second_order import composed_spin
 
+        check_kind(state, SpinState, "state", "start from SpinState(orientation, spin)")
         u = None if control is None else plain(control)
         spin: Bingham = self._motion.propagate(state.spin, u)  # type: ignore[attr-defined]
         x = state.orientation
@@ -132,6 +136,7 @@ class SecondOrderBinghamFilter:
         UpdateInfo
             ``log_evidence`` of the interpretation used.
         """
+        check_kind(state, SpinState, "state", "start from SpinState(orientation, spin)")
         rows = np.atleast_2d(unit_or_missing(z, 4, "z"))
         if rows.ndim != 2:
             raise InvalidArgumentError("z", "shape (4,), or (k, 4) for k interpretations", rows.shape)
@@ -156,5 +161,6 @@ class SecondOrderBinghamFilter:
 
 def classify_spin(spin: Bingham, types: ArrayLike) -> tuple[int, FloatArray]:
     """Return the most probable of known spins (k, 4) under the law of the spin, and all their log-densities (k,)."""
+    check_law(spin, "spin")
     log_density = np.atleast_1d(spin.logpdf(types))
     return int(np.argmax(log_density)), log_density

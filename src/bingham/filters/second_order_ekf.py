@@ -36,7 +36,7 @@ class SpinningGaussian:
 
     def __post_init__(self) -> None:
         put_moments(self, self.mean, self.covariance)
-        check_state(self.mean, 8)
+        check_state(self, SpinningGaussian, 8)
 
     @classmethod
     def independent(cls, orientation: GaussianState, spin: GaussianState) -> SpinningGaussian:
@@ -97,7 +97,7 @@ class SecondOrderQuaternionEkf:
 
         Spin and noise are per step, whatever ``dt``.
         """
-        check_state(state.mean, 8)
+        check_state(state, SpinningGaussian, 8)
         x, v = state.mean[..., :4], state.mean[..., 4:]
         u = np.array([1.0, 0.0, 0.0, 0.0]) if control is None else unit_rows(control, 4, "control")
         F = np.zeros((*state.mean.shape[:-1], 8, 8))
@@ -116,7 +116,7 @@ class SecondOrderQuaternionEkf:
 
         ``covariance`` (4, 4) replaces the measurement noise for this update.
         """
-        check_state(state.mean, 8)
+        check_state(state, SpinningGaussian, 8)
         noise = self._v if covariance is None else noise_covariance(covariance, 4, "covariance")
         unit, projection = projection_jacobian(state.mean[..., :4])
         H = np.concatenate([projection, np.zeros_like(projection)], axis=-1)

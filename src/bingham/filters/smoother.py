@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from bingham.distributions.arguments import check_kind, whole_number
 from bingham.distributions.bingham import Bingham
 from bingham.errors import InvalidArgumentError
 from bingham.filters.first_order import BinghamFilter
@@ -24,6 +25,8 @@ from bingham.rotations import compose, conjugate
 __all__ = ["smooth_fixed_interval", "smooth_fixed_lag"]
 
 FloatArray = NDArray[np.float64]
+
+ORDER = "the filter comes first, then the prior and the measurements"
 
 
 def smooth_fixed_interval(
@@ -70,6 +73,7 @@ def smooth_fixed_interval(
     >>> bool(np.isclose(smoothed.concentrations[-1, 0], filtered.concentrations[-1, 0]))
     True
     """
+    check_kind(bingham_filter, BinghamFilter, "bingham_filter", ORDER)
     forward = bingham_filter.run(prior, measurements, controls=controls, times=times)
     used, turns, seconds = _used(bingham_filter, forward, measurements, controls, times)
     back = _reversed(bingham_filter)
@@ -100,8 +104,8 @@ def smooth_fixed_lag(
     lag : int
         Samples to wait for; 0 is the filter itself.
     """
-    if not isinstance(lag, (int, np.integer)) or lag < 0:
-        raise InvalidArgumentError("lag", "a number of samples ≥ 0", lag)
+    whole_number(lag, "lag", 0)
+    check_kind(bingham_filter, BinghamFilter, "bingham_filter", ORDER)
     forward = bingham_filter.run(prior, measurements, controls=controls, times=times)
     used, turns, seconds = _used(bingham_filter, forward, measurements, controls, times)
     back = _reversed(bingham_filter)

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.special import i0e
 
+from bingham.distributions.arguments import check_kind
 from bingham.filters.checks import finite, noise_variance, unchecked, variance
 from bingham.filters.gaussian import KalmanInfo, KalmanTrack, run_steps
 from bingham.filters.von_mises import log_resultant, von_mises_concentration
@@ -75,6 +76,7 @@ class WrappedNormalFilter:
         self, state: DoubledAngleState, control: ArrayLike | None = None, dt: float | None = None
     ) -> DoubledAngleState:
         """Return the state of x ⊕ u ⊕ w: resultants multiply; control u (..., 2). w is per step, whatever ``dt``."""
+        check_kind(state, DoubledAngleState, "state")
         u = None if control is None else unit_rows(control, 2, "control")
         turn = 0.0 if u is None else 2.0 * np.arctan2(u[..., 1], u[..., 0])
         kappa = von_mises_concentration(log_resultant(state.kappa) - 2.0 * self.process_variance)
@@ -82,6 +84,7 @@ class WrappedNormalFilter:
 
     def update(self, state: DoubledAngleState, z: ArrayLike) -> tuple[DoubledAngleState, KalmanInfo]:
         """Return the state given the measured axis z (..., 2): κ e^{iμ} add; NaN is a missing measurement."""
+        check_kind(state, DoubledAngleState, "state")
         a = unit_or_missing(z, 2, "z")
         missing = np.isnan(a[..., 0])
         a = np.where(missing[..., None], [1.0, 0.0], a)

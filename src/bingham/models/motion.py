@@ -14,7 +14,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from bingham.distributions.algebra import NoiseParts, compose_spectra, noise_parts
+from bingham.distributions.arguments import check_number
 from bingham.distributions.bingham import Bingham
+from bingham.distributions.checks import check_law
 from bingham.errors import InvalidArgumentError
 from bingham.kernels.moments import concentrations_2
 from bingham.kernels.single import diffused_4
@@ -86,6 +88,7 @@ class NoisyIdentity:
     left: bool = False
 
     def __post_init__(self) -> None:
+        check_law(self.noise, "noise")
         if self.noise.dim not in (2, 4) or self.noise.shape:
             raise InvalidArgumentError("noise", "a single law of dimension 2 or 4", repr(self.noise))
 
@@ -135,8 +138,7 @@ class Diffusion:
     dim: int = 4
 
     def __post_init__(self) -> None:
-        if not (np.isfinite(self.random_walk) and self.random_walk >= 0.0):
-            raise InvalidArgumentError("random_walk", "a finite number >= 0, rad/√s", self.random_walk)
+        check_number(self.random_walk, "random_walk", "a finite number >= 0, rad/√s", least=0.0)
         if self.dim not in (2, 4):
             raise InvalidArgumentError("dim", "2 or 4", self.dim)
 
@@ -162,8 +164,7 @@ class Gyroscope:
     dim: int = 4
 
     def __post_init__(self) -> None:
-        if not (np.isfinite(self.noise_density) and self.noise_density >= 0.0):
-            raise InvalidArgumentError("noise_density", "a finite number >= 0, rad/s/√Hz", self.noise_density)
+        check_number(self.noise_density, "noise_density", "a finite number >= 0, rad/s/√Hz", least=0.0)
         if self.dim != 4:
             raise InvalidArgumentError("dim", "4", self.dim)
 

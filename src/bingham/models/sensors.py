@@ -13,7 +13,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.special import i0e
 
+from bingham.distributions.arguments import check_number
 from bingham.distributions.bingham import Bingham
+from bingham.distributions.checks import check_law
 from bingham.errors import InvalidArgumentError
 from bingham.kernels.single import added_4, updated_2, updated_4
 from bingham.rotations import compose, conjugate, from_rotation_vector, rotate, unit_row, unit_rows
@@ -94,6 +96,7 @@ class OrientationSensor:
     left: bool = False
 
     def __post_init__(self) -> None:
+        check_law(self.noise, "noise")
         if self.noise.dim not in (2, 4) or self.noise.shape:
             raise InvalidArgumentError("noise", "a single law of dimension 2 or 4", repr(self.noise))
 
@@ -161,8 +164,7 @@ class VectorSensor:
         r = np.asarray(self.reference, dtype=np.float64)
         if r.shape != (3,) or not (np.all(np.isfinite(r)) and np.linalg.norm(r) > 0.0):
             raise InvalidArgumentError("reference", "a finite non-zero vector (3,)", self.reference)
-        if not (np.isfinite(self.concentration) and self.concentration > 0.0):
-            raise InvalidArgumentError("concentration", "a finite number > 0", self.concentration)
+        check_number(self.concentration, "concentration", "a finite number > 0", above=0.0)
         object.__setattr__(self, "reference", r / np.linalg.norm(r))
 
     def likelihood(self, z: ArrayLike, predicted: Bingham | None = None) -> Likelihood:
@@ -197,8 +199,7 @@ class HeadingSensor:
     reference: ArrayLike = (0.0, 1.0)
 
     def __post_init__(self) -> None:
-        if not (np.isfinite(self.concentration) and self.concentration > 0.0):
-            raise InvalidArgumentError("concentration", "a finite number > 0", self.concentration)
+        check_number(self.concentration, "concentration", "a finite number > 0", above=0.0)
         r = np.asarray(self.reference, dtype=np.float64)
         if r.shape != (2,) or not (np.all(np.isfinite(r)) and np.linalg.norm(r) > 0.0):
             raise InvalidArgumentError(

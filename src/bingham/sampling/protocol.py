@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bingham.distributions.bingham import Bingham
+from bingham.distributions.checks import check_law
 from bingham.errors import InvalidArgumentError
 
 __all__ = ["Sampler", "WeightedPoints", "mirrored"]
@@ -38,6 +39,7 @@ def mirrored(sample: WeightedPoints) -> WeightedPoints:
 
 def single(distribution: Bingham) -> Bingham:
     """Refuse a batch of laws: samplers take one at a time."""
+    check_law(distribution, "distribution")
     if distribution.shape:
         raise InvalidArgumentError("distribution", "a single law", f"a batch of shape {distribution.shape}",
                                    "sample its members one by one")  # fmt: skip

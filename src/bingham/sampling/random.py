@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
+from bingham.distributions.arguments import as_generator, whole_number
 from bingham.distributions.bingham import Bingham
-from bingham.errors import InvalidArgumentError
 from bingham.sampling.protocol import WeightedPoints, single
 
 __all__ = ["RandomSampling"]
@@ -37,9 +37,8 @@ class RandomSampling:
     _generator: np.random.Generator = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
-        if self.m < 1:
-            raise InvalidArgumentError("m", "at least one sample", self.m)
-        object.__setattr__(self, "_generator", np.random.default_rng(self.rng))
+        whole_number(self.m, "m", 1)
+        object.__setattr__(self, "_generator", as_generator(self.rng))
 
     def sample(self, distribution: Bingham) -> WeightedPoints:
         """Return m samples (m, d) of weight 1/m."""

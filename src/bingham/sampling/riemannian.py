@@ -8,6 +8,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from bingham.distributions.arguments import check_number, whole_number
 from bingham.distributions.bingham import Bingham
 from bingham.errors import ConvergenceError, InvalidArgumentError
 from bingham.sampling.descent import steepest_descent
@@ -87,6 +88,8 @@ class RiemannianSampling:
     symmetric: bool = True
 
     def __post_init__(self) -> None:
+        whole_number(self.m, "m", 1)
+        check_number(self.penalty, "penalty", "a finite number ≥ 0", least=0.0)
         if self.map not in ("transport", "gnomonic"):
             raise InvalidArgumentError("map", "'transport' or 'gnomonic'", repr(self.map))
         if self.correction not in ("newton", "descent", "none"):

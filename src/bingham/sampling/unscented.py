@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from bingham.distributions.arguments import check_number
 from bingham.distributions.bingham import Bingham
 from bingham.errors import InvalidArgumentError
 from bingham.sampling.protocol import WeightedPoints, single
@@ -44,6 +45,7 @@ class Unscented:
     uniform: bool = False
 
     def __post_init__(self) -> None:
+        check_number(self.mode_share, "mode_share", "a number in [0, 1)")
         if not 0.0 <= self.mode_share < 1.0:
             raise InvalidArgumentError("mode_share", "a number in [0, 1)", self.mode_share)
 

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from bingham.distributions.arguments import as_generator
 from bingham.distributions.mixture import BinghamMixture
 from bingham.errors import InvalidArgumentError
 from bingham.rotations import unit_rows
@@ -96,7 +97,7 @@ def fit_directions(
         raise InvalidArgumentError("normals", "shape (..., 3)", a.shape)
     a = a.reshape(-1, 3)
     a = unit_rows(a[np.isfinite(a).all(axis=-1)], 3, "normals")
-    generator = np.random.default_rng(rng)
+    generator = as_generator(rng)
     some = a if len(a) <= SELECTION_ROWS else a[generator.choice(len(a), SELECTION_ROWS, replace=False)]
     mixture = BinghamMixture.fit(some, components, restarts=restarts, tolerance=TOLERANCE, rng=generator)
     label = mixture.predict(a)
