@@ -2,6 +2,7 @@
 
 import pickle
 
+import numpy as np
 import pytest
 
 from bingham.errors import BinghamError, ConvergenceError, InvalidArgumentError, MissingExtraError, RecordingError
@@ -23,3 +24,32 @@ def test_errors_survive_pickling(error):
     assert type(again) is type(error)
     assert str(again) == str(error)
     assert vars(again) == vars(error)
+
+
+@pytest.mark.parametrize(
+    ("value", "said"),
+    [
+        (-1.5, "-1.5"),
+        (np.eye(2), "[[1. 0.] [0. 1.]]"),
+        (np.full((200, 3), 0.5), "shape (200, 3): 0.5, 0.5, 0.5, 0.5, …"),
+        (list(range(1000)), f"{str(list(range(1000)))[:100]}…"),
+        (np.random.default_rng, None),
+        ("a" * 300, "a" * 300),
+        ("two\nlines", "two lines"),
+        ("b" * 9999, "b" * 400 + "…"),
+    ],
+)
+def test_values_are_one_line_of_bounded_length(value, said):
+    error = InvalidArgumentError("x", "something else", value)
+    assert error.value is value
+    assert str(error) == f"x: expected something else, got {value if said is None else said}"
+
+
+def test_a_long_result_that_was_reached_is_named_only():
+    class Law:
+        def __repr__(self):
+            return "Law(" + "0, " * 100 + ")"
+
+    error = ConvergenceError("no convergence", law := Law(), "more steps")
+    assert error.reached is law
+    assert str(error) == "no convergence; reached a Law; more steps"

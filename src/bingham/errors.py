@@ -14,6 +14,9 @@ __all__ = [
     "RecordingWarning",
 ]
 
+# Characters of a value in a message, of a text there (it may hold a path), and numbers of an array.
+LONGEST, LONGEST_TEXT, FIRST = 100, 400, 4
+
 
 class AccuracyWarning(UserWarning):
     """A result may be less accurate than the documentation promises elsewhere."""
@@ -41,7 +44,7 @@ class InvalidArgumentError(BinghamError, ValueError):
     expected : str
         What the contract asks for.
     got : object
-        What came instead; kept in ``value``.
+        What came instead; kept in ``value``, cut short in the message.
     remedy : str
         How to mend the call.
     """
@@ -49,7 +52,7 @@ class InvalidArgumentError(BinghamError, ValueError):
     def __init__(self, argument: str, expected: str, got: Any, remedy: str = "") -> None:
         self.argument = argument
         self.value = got
-        super().__init__(f"{argument}: expected {expected}, got {got}" + (f"; {remedy}" if remedy else ""))
+        super().__init__(f"{argument}: expected {expected}, got {_brief(got)}" + (f"; {remedy}" if remedy else ""))
 
 
 class ConvergenceError(BinghamError, ArithmeticError):
@@ -57,7 +60,7 @@ class ConvergenceError(BinghamError, ArithmeticError):
 
     def __init__(self, what: str, reached: Any, remedy: str = "") -> None:
         self.reached = reached
-        super().__init__(f"{what}; reached {reached}" + (f"; {remedy}" if remedy else ""))
+        super().__init__(f"{what}; reached {_brief(reached)}" + (f"; {remedy}" if remedy else ""))
 
 
 class RecordingError(BinghamError, ValueError):
@@ -90,6 +93,20 @@ class MissingExtraError(BinghamError, ImportError):
             f"{purpose} needs the package '{package}', which is not installed; "
             f"install it with: pip install 'bingham[{extra}]'"
         )
+
+
+def _brief(value: Any) -> str:
+    """Return a value as one line of bounded length; of arrays the shape and the first numbers."""
+    text = " ".join(str(value).split())
+    shape, ravel = getattr(value, "shape", ()), getattr(value, "ravel", None)
+    if len(text) <= LONGEST or (isinstance(value, str) and len(text) <= LONGEST_TEXT):
+        return text
+    if isinstance(shape, tuple) and shape and ravel is not None:
+        first = ", ".join(f"{x:.6g}" if isinstance(x, float) else str(x) for x in ravel()[:FIRST].tolist())
+        return f"shape {shape}: {first}, …"
+    if isinstance(value, str):
+        return f"{text[:LONGEST_TEXT]}…"
+    return f"{text[:LONGEST]}…" if isinstance(value, (list, tuple, dict, int)) else f"a {type(value).__name__}"
 
 
 def _rebuilt(kind: type[BinghamError], args: tuple[Any, ...]) -> BinghamError:

@@ -62,6 +62,13 @@ def test_the_largest_number_tried_and_the_angle_of_rotations_are_named(bingham, 
         (["--components", "0"], "at least 1"),
         (["--components", "x"], "a number such as 3"),
         (["--method", "k"], "em or sac"),
+        (["--components", "91"], "--components: expected at most 90, got 91 clusters of at least 6 points"),
+        (["--min-points", "541"], "--min-points: expected at most 540, the number of rows, got 541"),
+        (["--components", "3", "--min-points", "200"], "--components: expected at most 2, got 3 clusters"),
+        (
+            ["--components", "2", "--min-points", "270", "--restarts", "1"],
+            "; ask for fewer components, or lower --min-p",
+        ),
     ],
 )
 def test_mistakes_end_in_one_line(bingham, two_walls, arguments, words):

@@ -72,7 +72,23 @@ def test_axes_on_a_smaller_sphere_are_refused_with_the_file(bingham, tmp_path):
     result = bingham("fit", path)
     assert result.exit_code == 2
     (line,) = result.stderr.splitlines()
-    assert line.startswith(f"bingham: {path}: 3 rows: ")
+    assert line.startswith(f"bingham: {path}: 3 rows: on a smaller sphere")
+    # What the message advises: the third concentration then is the ceiling.
+    advice = line.partition("set one by: bingham ")[2].replace(" Z", " 500").split()
+    row = json.loads(bingham(*advice, "--min-points", 1, "--json").stdout)["components"][0]
+    assert row["concentrations"][0] == pytest.approx(-500)
+    path.write_text("n,e,d\n1,0,0\n0,1,0\n")
+    assert bingham("fit", path).stderr == f"bingham: {path}: 2 rows: too few for dimension 3; give 3 or more\n"
+
+
+def test_fit_and_cluster_print_the_same_sign(bingham, data, quaternions):
+    for path, component in ((data / "axial" / "kamb1959_fig7.csv", 2), (quaternions, 0)):
+        fitted = json.loads(bingham("fit", path, "--json").stdout)
+        options = ("--components", 1, "--no-background", "--restarts", 1, "--json")
+        (cluster,) = json.loads(bingham("cluster", path, *options).stdout)["components"]
+        np.testing.assert_allclose(fitted["mode"], cluster["mode"], atol=1e-6)
+        np.testing.assert_allclose(fitted["axes"], cluster["axes"], atol=1e-6)
+        assert min(axis[component] for axis in fitted["axes"]) >= 0
 
 
 def test_columns_are_chosen_by_name(bingham, tmp_path):

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import typer
 
+from bingham.cli.signs import printed
 from bingham.errors import ConvergenceError, InvalidArgumentError, RecordingError
 
 if TYPE_CHECKING:
@@ -57,7 +58,7 @@ def cluster(
     """  # fmt: skip
     from bingham.cli.first_use import announce_compilation
     from bingham.cli.staging import staged
-    from bingham.cli.wording import in_options
+    from bingham.cli.wording import in_options, worded
     from bingham.distributions.mixture import BinghamMixture
     from bingham.io import read_axes
 
@@ -66,6 +67,12 @@ def cluster(
     sizes = _sizes(components)
     with in_options({"columns": "--columns"}):
         axes = read_axes(file, columns=None if columns is None else [name.strip() for name in columns.split(",")])
+    least = axes.values.shape[1] * (axes.values.shape[1] + 1) // 2 if min_points is None else min_points
+    if least > len(axes.values):
+        raise InvalidArgumentError("--min-points", f"at most {len(axes.values)}, the number of rows", least)
+    if method == "em" and sizes[0] * least > len(axes.values):
+        got = f"{sizes[0]} clusters of at least {least} points (--min-points) for {len(axes.values)} rows"
+        raise InvalidArgumentError("--components", f"at most {len(axes.values) // least}", got)
     announce_compilation()
     tried: list[dict[str, Any]] = []
     with _Progress(len(sizes), quiet=as_json) as bar:
@@ -79,7 +86,8 @@ def cluster(
                                          max_concentration=max_concentration, min_points=min_points, rng=seed,
                                          progress=done)  # fmt: skip
         except (InvalidArgumentError, ConvergenceError) as error:
-            raise RecordingError(file, f"{len(axes.values)} rows", str(error)) from None
+            said = worded(str(error), {"min_points": "--min-points", "max_concentration": "--max-concentration"})
+            raise RecordingError(file, f"{len(axes.values)} rows", said) from None
     label = mixture.predict(axes.values)
     row = describe(axes, mixture, label) | {"method": method, "tried": tried}
     if output is not None:
@@ -124,8 +132,8 @@ def describe(axes: Axes, mixture: BinghamMixture, label: Any) -> dict[str, Any]:
                 "weight": float(mixture.weights[k]),
                 "count": int(np.sum(label == k)),
                 "concentrations": laws.z[k].tolist(),
-                "axes": laws.M[k].T.tolist(),
-                "mode": laws.mode[k].tolist(),
+                "axes": printed(laws.M[k].T, axes.columns),
+                "mode": printed(laws.mode[k], axes.columns),
                 "credible_angle_95_deg": float(angles[k]),
             }
             | ({"credible_rotation_95_deg": min(2.0 * float(angles[k]), 180.0)} if mixture.dim == 4 else {})

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import typer
 
+from bingham.cli.signs import GEOGRAPHIC, printed
 from bingham.errors import InvalidArgumentError, RecordingError
 
 if TYPE_CHECKING:
@@ -26,8 +27,6 @@ Examples:
 
     bingham fit orientations.txt --json | jq .concentrations
 """
-
-GEOGRAPHIC = ("n", "e", "d")
 
 
 def register(app: typer.Typer) -> None:
@@ -63,7 +62,17 @@ def fit(
     try:
         law = Bingham.fit(axes.values)
     except InvalidArgumentError as error:
-        raise RecordingError(file, f"{len(axes.values)} rows", str(error)) from None
+        size, dim = axes.values.shape
+        if size < dim:
+            raise RecordingError(file, f"{size} rows", f"too few for dimension {dim}", f"give {dim} or more") from None
+        if error.argument != "x":
+            raise
+        raise RecordingError(
+            file,
+            f"{size} rows",
+            "on a smaller sphere: along some axis they do not scatter at all, and its concentration has no bound",
+            f"set one by: bingham cluster {file} --components 1 --no-background --max-concentration Z",
+        ) from None
     row = describe(axes, law)
     if output is not None:
         from bingham.plot.axes import plot_fit
@@ -98,10 +107,10 @@ def describe(axes: Axes, law: Bingham) -> dict[str, Any]:
         "dim": dim,
         "concentrations": law.z.tolist(),
         "concentration_errors": errors.concentrations.tolist(),
-        "axes": law.M.T.tolist(),
+        "axes": printed(law.M.T, axes.columns),
         "axis_errors_deg": [[x if np.isfinite(x) else None for x in line] for line in turns.tolist()],
         "moments": law.axis_moments.tolist(),
-        "mode": law.mode.tolist(),
+        "mode": printed(law.mode, axes.columns),
         "mode_confidence_95_deg": [x if np.isfinite(x) else None for x in (ellipse * turns[:-1, -1]).tolist()],
         "entropy": float(law.entropy()),
         "log_likelihood": float(np.sum(law.logpdf(axes.values))),

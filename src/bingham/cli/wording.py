@@ -36,4 +36,6 @@ def worded(text: str, names: Mapping[str, str]) -> str:
         text = re.sub(rf"\b{argument}={{'(\w+)': \.\.\.}}", rf"{option} \1=NAME", text)
         text = re.sub(rf"\b{argument}={{'(\w+)': '(\w+)'}}", rf"{option} \1=\2", text)
         text = re.sub(rf"\b{argument}=", option, text)
+        if "_" in argument:  # no word of a sentence
+            text = re.sub(rf"(?<![\w/.-]){argument}(?![\w/.-])", option, text)
     return text
