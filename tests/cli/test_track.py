@@ -143,7 +143,7 @@ def test_without_magnetometer_the_heading_of_the_truth_is_turned_to_suit(bingham
         ),
         (
             "t,gx,gy,gz\n1700000000000000000,0,0,0\n1700000000005000000,0,0,0\n",
-            "line 3, column t: expected seconds, got 1.7e+18; are these nanoseconds? State the unit: --unit time=ns",
+            "line 2, column t: expected seconds, got 1.7e+18; are these nanoseconds? State the unit: --unit time=ns",
         ),
         ("s,gx,gy,gz\n0,1,2,3\n", "line 1: names no column t; add the time in seconds or name it in --column t=NAME"),
     ],

@@ -9,6 +9,7 @@ import pytest
 from bingham.errors import InvalidArgumentError, MissingExtraError, RecordingError
 from bingham.io import (
     RecordingWarning,
+    read_axes,
     read_broad,
     read_csv,
     read_euroc,
@@ -38,6 +39,12 @@ TEXTS = [
     (read_csv, CSV, "gx,gy,gz,", "", "line 1", "accelerometer without gx"),
     (read_csv, CSV, "qw", "ref_qw", "line 1", "no column qw"),
     (read_csv, CSV, "ax,", "ax [furlong],", "line 1", "unknown unit"),
+    (read_csv, CSV, "gx,", "gx_furlong,", "line 1", "unknown unit of column 'gx_furlong'; known: rad_s deg_s"),
+    (read_csv, CSV, "gx,gy,gz,", "gx_rpm,gy_rpm,gz_rpm,", "line 1", "accelerometer without gx"),
+    (read_csv, CSV, "t,", "time_jiffies,", "line 1", "unknown unit of column 'time_jiffies'; known: s ms us ns"),
+    (read_csv, CSV, "0.1,1,2", '0.1,1,"2,5"', "line 3, column gy", "'2,5' is not a number; a decimal comma: write"),
+    (read_csv, CSV, "0.1,1,2", "0,1,1,2", "line 3", "12 columns where 11 are expected; the file looks cut off"),
+    (read_csv, CSV, "0.1", "2024-01-01T00:00:00Z", "line 3, column t", "is not a number; a date: give numbers instead"),
     (read_csv, CSV, "0.1,1,2", "0.1,1,nan", "line 3, columns gx gy gz", "finite"),
     (read_csv, CSV, "0.1,1,2", "0.1,1,", "line 3, columns gx gy gz", "finite"),
     (read_csv, CSV, "0.1,1,2", "0.1,1,two", "line 3, column gy", "'two' is not a number"),
@@ -344,7 +351,7 @@ def test_nanoseconds_in_a_csv_are_found_and_their_unit_can_be_told(tmp_path):
     stamps = [1_700_000_000_000_000_000 + 5_000_000 * k for k in range(5)]
     path = inertial(tmp_path, time=stamps)
     message = (
-        r"line 6, column t: expected seconds, got 1\.7e\+18; are these nanoseconds\? State .* units=\{'time': 'ns'\}"
+        r"line 2, column t: expected seconds, got 1\.7e\+18; are these nanoseconds\? State .* units=\{'time': 'ns'\}"
     )
     with pytest.raises(RecordingError, match=message):
         read_csv(path)
@@ -352,6 +359,34 @@ def test_nanoseconds_in_a_csv_are_found_and_their_unit_can_be_told(tmp_path):
     relative = inertial(tmp_path, time=[t - stamps[0] for t in stamps])
     with pytest.raises(RecordingError, match=r"line 3, column t: expected seconds of a gyroscope, got steps of 5e\+06"):
         read_csv(relative)
+
+
+@pytest.mark.parametrize(
+    ("since_1970", "word", "unit"), [(1.7e12, "milli", "ms"), (1.7e15, "micro", "us"), (1.7e18, "nano", "ns")]
+)
+def test_the_unit_that_times_have_is_the_one_to_state(tmp_path, since_1970, word, unit):
+    path = inertial(tmp_path, time=[f"{since_1970 + since_1970 * 5e-12 * k:.0f}" for k in range(3000)])
+    with pytest.raises(
+        RecordingError, match=rf"line 2, .* {word}seconds\? State the unit: units=\{{'time': '{unit}'\}}$"
+    ):
+        read_csv(path)
+    assert read_csv(path, units={"time": unit}).size == 3000
+
+
+@pytest.mark.parametrize("encoding", ["utf-16", "utf-16-le", "utf-16-be"])
+def test_utf_16_is_named(tmp_path, encoding):
+    path = tmp_path / "x.csv"
+    path.write_text(CSV, encoding=encoding)
+    for read in (read_csv, read_recording, read_axes):
+        refused(read, path, "", "UTF-16 text; save it as UTF-8")
+
+
+def test_decimal_commas_between_commas_are_suspected(tmp_path):
+    path = tmp_path / "x.csv"
+    path.write_text("t,qw,qx,qy,qz\n0,0,1,0,0,0,0,0,0,0\n0,1,1,0,0,0,0,0,0,0\n")
+    refused(read_csv, path, "line 2", "10 columns where 5 are expected; decimal commas\\?")
+    path.write_text("t;qw;qx;qy;qz\n0,0;1,0;0,0;0,0;0,0\n")
+    refused(read_csv, path, "line 2, column t", "'0,0' is not a number; a decimal comma")
 
 
 @pytest.mark.parametrize(

@@ -13,9 +13,19 @@ from bingham.io.atomic import replaced
 from bingham.io.checks import build, build_of_units, normalised
 from bingham.io.columns import COLUMNS, group, understand
 from bingham.io.text import TextTable, numbered_lines
-from bingham.recording import LONG_GYROSCOPE_STEP, ImuRecording, OrientationRecording, RowError, as_seconds
+from bingham.recording import (
+    LONG_GYROSCOPE_STEP,
+    NEVER_SECONDS,
+    ImuRecording,
+    OrientationRecording,
+    RowError,
+    as_seconds,
+)
 
 __all__ = ["read_csv", "write_csv"]
+
+# What `as_seconds` suspects times to be → the unit to state.
+SUSPECTED = {"nano": "ns", "microseconds": "us", "milliseconds": "ms"}
 
 
 def read_csv(
@@ -75,8 +85,12 @@ def read_csv(
     try:
         as_seconds(fields["time"], longest_step=LONG_GYROSCOPE_STEP if "gyroscope" in values else None)
     except RowError as error:
-        remedy = f"{error.remedy.partition('?')[0]}? State the unit: units={{'time': 'ns'}}, 'us' or 'ms'"
-        raise RecordingError(path, place("time", error.index), error.problem, remedy) from None
+        question = error.remedy.partition("?")[0]
+        unit = next((unit for word, unit in SUSPECTED.items() if word in question), "ns")
+        remedy = f"{question}? State the unit: units={{'time': '{unit}'}}" + ", or 'us'" * ("nano- or" in question)
+        refuted = np.abs(fields["time"]) >= NEVER_SECONDS
+        index = int(np.argmax(refuted)) if refuted.any() else error.index
+        raise RecordingError(path, place("time", index), error.problem, remedy) from None
     for field in ("orientation", "truth", "reference"):
         if field in values:
             fields[field] = normalised(path, field, values[field], place)

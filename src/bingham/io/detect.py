@@ -13,7 +13,7 @@ from bingham.io.csv import read_csv
 from bingham.io.euroc import read_euroc
 from bingham.io.npz import read_npz
 from bingham.io.rosbag import read_rosbag
-from bingham.io.text import numbered_lines
+from bingham.io.text import is_utf16, numbered_lines
 from bingham.io.tum import read_tum
 from bingham.recording import ImuRecording, OrientationRecording
 
@@ -90,6 +90,8 @@ def detect_format(path: str | Path) -> str:
     for signature, name in SIGNATURES.items():
         if start.startswith(signature):
             return name
+    if is_utf16(start):
+        numbered_lines(path)  # which says so
     try:
         lines = [line.strip() for _, line in numbered_lines(path)[:1000]]
     except RecordingError as error:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import math
+import re
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,9 +16,19 @@ from numpy.typing import NDArray
 from bingham.errors import RecordingError
 from bingham.io.checks import existing
 
-__all__ = ["TextTable", "numbered_lines"]
+__all__ = ["TextTable", "is_utf16", "numbered_lines"]
 
 T = TypeVar("T")
+
+DATE = re.compile(r"\d{4}-\d\d-\d\d([T ].*)?")
+DECIMAL_COMMA = re.compile(r"[-+]?\d+,\d+([eE][-+]?\d+)?")
+
+
+def is_utf16(start: bytes) -> bool:
+    """Whether a file that starts so is UTF-16 text: its mark is there, or every other byte is zero."""
+    even, odd = start[::2], start[1::2]
+    zero_beside_text = len(start) > 3 and ((all(even) and not any(odd)) or (all(odd) and not any(even)))
+    return start.startswith((b"\xff\xfe", b"\xfe\xff")) or zero_beside_text
 
 
 def numbered_lines(path: str | Path) -> list[tuple[int, str]]:
@@ -29,6 +40,9 @@ def numbered_lines(path: str | Path) -> list[tuple[int, str]]:
         If the file is absent, empty or not UTF-8 text.
     """
     path = existing(path)
+    with path.open("rb") as file:
+        if is_utf16(file.read(16)):
+            raise RecordingError(path, "", "UTF-16 text", "save it as UTF-8, as iconv -f UTF-16 -t UTF-8 does")
     try:
         text = path.read_text(encoding="utf-8-sig")
     except UnicodeDecodeError as error:
@@ -73,8 +87,11 @@ class TextTable:
             raise RecordingError(path, "", "no rows of numbers", "record or copy it again")
         for k, row in zip(lines, rows, strict=False):
             if len(row) != len(names):
-                last = k == lines[-1]
-                remedy = "the file looks cut off: copy it again" if last else f"expected: {' '.join(names)}"
+                remedy = f"expected: {' '.join(names)}"
+                if separator == "," and len(names) < len(row) <= 2 * len(names) and all(map(_whole, row)):
+                    remedy = "decimal commas? Write numbers with a point, or separate columns by ;"
+                elif k == lines[-1]:
+                    remedy = "the file looks cut off: copy it again"
                 raise RecordingError(path, f"line {k}", f"{len(row)} columns where {len(names)} are expected", remedy)
         if len(rows) != len(lines):
             raise RecordingError(path, "", "a quoted cell runs over several lines", "keep each row on one line")
@@ -98,9 +115,22 @@ class TextTable:
             try:
                 values.append(convert(cell.strip()))
             except ValueError:
-                place = self.place([column], k)
-                raise RecordingError(self.path, place, f"{cell!r} is not {wanted}", "correct the cell") from None
+                place, remedy = self.place([column], k), _mend(cell.strip())
+                raise RecordingError(self.path, place, f"{cell!r} is not {wanted}", remedy) from None
         return values
+
+
+def _mend(cell: str) -> str:
+    """Return how to mend a cell that is no number."""
+    if DATE.fullmatch(cell):
+        return "a date: give numbers instead, seconds, or ns, us or ms with the unit in the column's name, as t_ns"
+    if DECIMAL_COMMA.fullmatch(cell):
+        return "a decimal comma: write numbers with a point, throughout the file"
+    return "correct the cell"
+
+
+def _whole(cell: str) -> bool:
+    return cell.strip().lstrip("+-").isdigit()
 
 
 def _float(cell: str) -> float:
