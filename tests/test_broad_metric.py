@@ -61,3 +61,11 @@ def test_nothing_to_count_is_refused():
         broad_rmse(q, q, [False])
     with pytest.raises(InvalidArgumentError, match="reference"):
         heading_offset(q, np.full((1, 4), np.nan))
+
+
+def test_rows_that_do_not_belong_together_are_refused():
+    q = np.tile([1.0, 0.0, 0.0, 0.0], (3, 1))
+    with pytest.raises(InvalidArgumentError, match="reference: expected a shape that broadcasts"):
+        broad_rmse(q, q[:2])
+    with pytest.raises(InvalidArgumentError, match=r"score: expected one for each sample, shape \(3,\), got \(2,\)"):
+        broad_rmse(q, q, [True, True])

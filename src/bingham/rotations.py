@@ -77,9 +77,18 @@ def plain(x: ArrayLike | Rotation) -> ArrayLike:
     return x.as_quat(scalar_first=True) if isinstance(x, Rotation) else x
 
 
+def numbers(x: Any, name: str) -> FloatArray:
+    """Return x as a new float64 array; text, ragged rows and other things without numbers are refused."""
+    try:
+        return np.array(plain(x), dtype=np.float64)
+    except (TypeError, ValueError):
+        got = repr(x) if isinstance(x, str) else f"a {type(x).__name__} that makes none"
+        raise InvalidArgumentError(name, "an array of numbers", got) from None
+
+
 def unit_rows(x: ArrayLike | Rotation, d: int | None, name: str) -> FloatArray:
     """Return x (..., d) as float64 with rows of exactly unit length; `Rotation` becomes (w, x, y, z)."""
-    a = np.array(plain(x), dtype=np.float64)
+    a = numbers(x, name)
     if a.ndim == 0 or (d is not None and a.shape[-1] != d):
         raise InvalidArgumentError(name, f"shape (..., {d if d is not None else 'd'})", a.shape)
     norm = np.linalg.norm(a, axis=-1, keepdims=True)
@@ -99,7 +108,7 @@ def unit_rows(x: ArrayLike | Rotation, d: int | None, name: str) -> FloatArray:
 
 def unit_or_missing(x: ArrayLike | Rotation, d: int, name: str) -> FloatArray:
     """Return x (..., d), as `unit_rows`, where rows may be NaN throughout: missing measurements."""
-    a = np.array(plain(x), dtype=np.float64)
+    a = numbers(x, name)
     if a.shape[-1:] != (d,):
         raise InvalidArgumentError(name, f"shape (..., {d})", a.shape)
     missing_rows(a, name)
@@ -156,7 +165,7 @@ def unit_row(x: ArrayLike | Rotation, d: int, name: str) -> FloatArray:
             return x
         if abs(square - 1.0) <= UNIT_TOLERANCE:
             return x / math.sqrt(square)
-    a = np.atleast_1d(np.asarray(plain(x), dtype=np.float64))
+    a = np.atleast_1d(numbers(x, name))
     missing_rows(a, name)
     a = unit_rows(a, d, name)
     if a.shape != (d,):
@@ -167,17 +176,19 @@ def unit_row(x: ArrayLike | Rotation, d: int, name: str) -> FloatArray:
 def compose(p: ArrayLike, q: ArrayLike) -> FloatArray:
     """Return p ⊕ q: the Hamilton product for (..., 4), complex multiplication for (..., 2); p and q broadcast.
 
+    Unit length is not checked: inner loops call this, and the product of any two quaternions is defined.
+
     Examples
     --------
     >>> compose([0.0, 1, 0, 0], [0.0, 0, 1, 0])
     array([0., 0., 0., 1.])
     """
     a, b = np.asarray(p, dtype=np.float64), np.asarray(q, dtype=np.float64)
-    if a.shape[-1] == b.shape[-1] == 2:
+    if a.shape[-1:] == b.shape[-1:] == (2,):
         return np.stack(
             [a[..., 0] * b[..., 0] - a[..., 1] * b[..., 1], a[..., 0] * b[..., 1] + a[..., 1] * b[..., 0]], axis=-1
         )
-    if not a.shape[-1] == b.shape[-1] == 4:
+    if not a.shape[-1:] == b.shape[-1:] == (4,):
         raise InvalidArgumentError("p, q", "last axes of length 2 or 4, alike", f"{a.shape} and {b.shape}")
     aw, ax, ay, az = a[..., 0], a[..., 1], a[..., 2], a[..., 3]
     bw, bx, by, bz = b[..., 0], b[..., 1], b[..., 2], b[..., 3]
@@ -214,6 +225,8 @@ def right_matrix(q: ArrayLike) -> FloatArray:
 def from_rotation_vector(r: ArrayLike) -> FloatArray:
     """Return exp(r/2) (..., 4), the quaternion of the rotation vector r (..., 3) in rad."""
     a = np.asarray(r, dtype=np.float64)
+    if a.shape[-1:] != (3,):
+        raise InvalidArgumentError("r", "shape (..., 3)", a.shape)
     half = 0.5 * np.linalg.norm(a, axis=-1, keepdims=True)
     # np.sinc(x/π) = sin(x)/x, finite at 0.
     return np.concatenate([np.cos(half), 0.5 * np.sinc(half / np.pi) * a], axis=-1)
@@ -222,6 +235,8 @@ def from_rotation_vector(r: ArrayLike) -> FloatArray:
 def to_rotation_vector(q: ArrayLike) -> FloatArray:
     """Return the rotation vector (..., 3) in rad, length at most π, of the rotation ±q (..., 4)."""
     a = np.asarray(q, dtype=np.float64)
+    if a.shape[-1:] != (4,):
+        raise InvalidArgumentError("q", "shape (..., 4)", a.shape)
     a = np.where(a[..., :1] < 0.0, -a, a)
     s = np.linalg.norm(a[..., 1:], axis=-1, keepdims=True)
     angle = 2.0 * np.arctan2(s, a[..., :1])
@@ -229,9 +244,22 @@ def to_rotation_vector(q: ArrayLike) -> FloatArray:
     return factor * a[..., 1:]
 
 
-def rotate(q: ArrayLike, v: ArrayLike) -> FloatArray:
-    """Return q ⊗ v ⊗ q* for vectors v (..., 3): body coordinates into world coordinates."""
-    a, b = np.asarray(q, dtype=np.float64), np.asarray(v, dtype=np.float64)
+def rotate(q: ArrayLike | Rotation, v: ArrayLike) -> FloatArray:
+    """Return q ⊗ v ⊗ q* for vectors v (..., 3): body coordinates into world coordinates.
+
+    q (..., 4) and v broadcast. A q whose length is not 1 within 1e-6 is refused; NaN gives NaN.
+    """
+    a, b = np.asarray(plain(q), dtype=np.float64), np.asarray(v, dtype=np.float64)
+    if a.shape[-1:] != (4,):
+        raise InvalidArgumentError("q", "shape (..., 4)", a.shape)
+    if b.shape[-1:] != (3,):
+        raise InvalidArgumentError("v", "shape (..., 3)", b.shape)
+    square = np.einsum("...i,...i->...", a, a)
+    # 2e-6 of the square are 1e-6 of the length; comparisons with NaN are false.
+    if np.any(np.abs(square - 1.0) > 2.0 * UNIT_TOLERANCE):
+        worst = float(np.sqrt(square.flat[np.nanargmax(np.abs(square - 1.0))]))
+        remedy = "normalise them first if that is meant"
+        raise InvalidArgumentError("q", f"unit quaternions within {UNIT_TOLERANCE:g}", f"length {worst:.9g}", remedy)
     t = 2.0 * np.cross(a[..., 1:], b)
     return b + a[..., :1] * t + np.cross(a[..., 1:], t)
 
@@ -249,8 +277,21 @@ def canonical(q: ArrayLike) -> FloatArray:
 
 
 def continuous(q: ArrayLike) -> FloatArray:
-    """Return ±q (T, d) with qₜ·qₜ₊₁ ≥ 0: no sign jumps along the first axis; the first row keeps its sign."""
-    a = np.array(q, dtype=np.float64)
-    flips = np.where(np.sum(a[1:] * a[:-1], axis=-1) < 0.0, -1.0, 1.0)
-    a[1:] *= np.cumprod(flips)[:, None]
+    """Return ±q (T, d) with qₜ·qₜ₊₁ ≥ 0: no sign jumps along the first axis; the first row keeps its sign.
+
+    Missing rows, NaN, are stepped over: the row after a gap agrees with the last one before it.
+
+    Examples
+    --------
+    >>> continuous([[1.0, 0.0], [np.nan, np.nan], [-1.0, 0.0]])[2] + 0.0
+    array([1., 0.])
+    """
+    a = numbers(q, "q")
+    if a.ndim != 2:
+        raise InvalidArgumentError("q", "one sequence, shape (T, d)", a.shape)
+    there = ~np.isnan(a).any(axis=1)
+    known = a[there]
+    flips = np.where(np.sum(known[1:] * known[:-1], axis=-1) < 0.0, -1.0, 1.0)
+    known[1:] *= np.cumprod(flips)[:, None]
+    a[there] = known
     return a

@@ -7,7 +7,7 @@ import pytest
 from scipy.special import ive
 from scipy.stats import chi, ks_1samp, kstest
 
-from bingham import Bingham, InvalidArgumentError, concentrations, moments
+from bingham import Bingham, BinghamMixture, InvalidArgumentError, concentrations, moments
 from bingham.rotations import compose
 
 IDENTITY_LAST = np.eye(4)[:, ::-1]
@@ -210,6 +210,17 @@ def test_order_of_entries_is_free():
     (lambda: Bingham.uniform(3).compose(Bingham.uniform(3)), "dimension 2 or 4"),
     (lambda: Bingham.uniform(3).multiply(Bingham.uniform(4)), "other: expected a law of dimension 3"),
     (lambda: Bingham.uniform(4).credible_angle(1.5), "p: expected probabilities"),
+    (lambda: Bingham.fit(np.eye(3), [1.0, 1.0]), r"weights: expected one for each sample, shape \(3,\), got \(2,\)"),
+    (lambda: Bingham.fit(np.eye(2), ["a", "b"]), "weights: expected an array of numbers"),
+    (lambda: Bingham("abc", np.eye(2)), "z: expected an array of numbers, got 'abc'"),
+    (lambda: Bingham([-1.0, 0.0], "abc"), "M: expected an array of numbers, got 'abc'"),
+    (lambda: Bingham(np.zeros((2, 3)), np.tile(np.eye(3), (4, 1, 1))), "M: expected a batch to go with z"),
+    (lambda: Bingham.uniform(3).standard_errors(np.eye(3)), r"n: .*samples.* got an array of shape \(3, 3\)"),
+    (lambda: Bingham.uniform(2.5), "d: expected a whole number ≥ 2, got 2[.]5"),
+    (lambda: Bingham.uniform(3).rvs(2, rng="a"), "rng: expected None, .*got 'a'"),
+    (lambda: Bingham.uniform(3).kl_divergence(np.eye(3)), "other: expected a Bingham, got an array"),
+    (lambda: BinghamMixture([0.5, 0.5], [Bingham.uniform(3)] * 2), "components: expected a Bingham, got a list; one"),
+    (lambda: BinghamMixture([1.0], Bingham([[-1.0, 0.0]], [np.eye(2)]), "x"), "background: expected a number"),
     (lambda: concentrations([0.0, 1.0]), "w: expected positive"),
     (lambda: concentrations([0.6, 0.6]), "w: expected rows with sum 1"),
     (lambda: moments([[np.inf, 0.0]]), "z: expected finite"),

@@ -326,3 +326,10 @@ def test_prior_and_measurements_are_not_exchanged():
         InvalidArgumentError, match=r"prior: expected a Bingham law, got an array of shape .*; the prior comes before"
     ):
         f.run(np.array([[1.0, 0, 0, 0]]), Bingham.uniform(4), times=[0.0])
+
+
+def test_covariances_of_a_track_without_clear_modes_are_nan_or_refused():
+    track = BinghamFilter(*NOISE[4]).run(Bingham.uniform(4), [[np.nan] * 4, [1.0, 0, 0, 0]])
+    assert np.isnan(track.covariance(frame="body")).all(axis=(1, 2)).tolist() == [True, False]
+    with pytest.raises(InvalidArgumentError, match="law: expected one clear mode"):
+        track.covariance(frame="body", undefined="raise")

@@ -11,7 +11,7 @@ from bingham.errors import InvalidArgumentError
 from bingham.kernels.batch import diagonalize_rows_4
 from bingham.kernels.normalizer import LARGEST
 from bingham.kernels.single import composed_2, composed_4
-from bingham.rotations import UNIT_TOLERANCE, compose, conjugate, unit_rows
+from bingham.rotations import UNIT_TOLERANCE, compose, conjugate, numbers, unit_rows
 
 if TYPE_CHECKING:
     from scipy.spatial.transform import Rotation
@@ -37,7 +37,7 @@ class NoiseParts(NamedTuple):
 
 def sorted_spectrum(z: ArrayLike, frame: ArrayLike) -> tuple[FloatArray, FloatArray]:
     """Return z (..., d) ascending with last entry 0 and the columns of frame (..., d, d) in the same order."""
-    a, m = np.asarray(z, dtype=np.float64), np.asarray(frame, dtype=np.float64)
+    a, m = numbers(z, "z"), numbers(frame, "M")
     if a.ndim == 0 or a.shape[-1] < 2:
         raise InvalidArgumentError("z", "shape (..., d) with d >= 2", a.shape)
     d = a.shape[-1]
@@ -56,7 +56,10 @@ def sorted_spectrum(z: ArrayLike, frame: ArrayLike) -> tuple[FloatArray, FloatAr
             f"max |MᵀM − I| = {off:.3g}",
             "orthonormalise its columns, or use from_matrix",
         )
-    shape = np.broadcast_shapes(a.shape[:-1], m.shape[:-2])
+    try:
+        shape = np.broadcast_shapes(a.shape[:-1], m.shape[:-2])
+    except ValueError:
+        raise InvalidArgumentError("M", f"a batch to go with z of shape {a.shape}", m.shape) from None
     a, m = np.broadcast_to(a, (*shape, d)), np.broadcast_to(m, (*shape, d, d))
     order = np.argsort(a, axis=-1, kind="stable")
     a = np.take_along_axis(a, order, axis=-1)
@@ -71,7 +74,7 @@ def sample_rows(x: ArrayLike | Rotation) -> FloatArray:
     try:
         a = unit_rows(x, None, "x")
     except InvalidArgumentError:
-        columns = np.asarray(x, dtype=np.float64)
+        columns = numbers(x, "x")
         if columns.ndim >= 2 and np.all(np.abs(np.linalg.norm(columns, axis=-2) - 1.0) <= UNIT_TOLERANCE):
             got = f"shape {columns.shape} with unit vectors as columns"
             raise InvalidArgumentError("x", "samples as rows, shape (..., n, d)", got, "transpose it: x.T") from None
@@ -83,7 +86,7 @@ def sample_rows(x: ArrayLike | Rotation) -> FloatArray:
 
 def spectral(matrix: ArrayLike, name: str) -> tuple[FloatArray, FloatArray]:
     """Return ascending eigenvalues (..., d) and eigenvectors (..., d, d; columns) of a checked symmetric matrix."""
-    a = np.asarray(matrix, dtype=np.float64)
+    a = numbers(matrix, name)
     if a.ndim < 2 or a.shape[-1] != a.shape[-2] or a.shape[-1] < 2:
         raise InvalidArgumentError(name, "shape (..., d, d) with d >= 2", a.shape)
     if not np.all(np.isfinite(a)):

@@ -16,7 +16,9 @@ def described(x: Any) -> str:
     """Return what x is, in a few words: text as written, arrays by shape, other things by type."""
     if isinstance(x, np.ndarray):
         return f"an array of shape {x.shape}"
-    if x is None or isinstance(x, (str, bool, int, float)):
+    if x is None or isinstance(x, (bool, int, float)):
+        return str(x)
+    if isinstance(x, str):
         return repr(x)
     return f"the class {x.__name__}" if isinstance(x, type) else f"a {type(x).__name__}"
 

@@ -20,7 +20,7 @@ from bingham.distributions.uncertainty import (
 )
 from bingham.errors import InvalidArgumentError
 from bingham.kernels.envelope import sample
-from bingham.rotations import compose, conjugate, unit_rows
+from bingham.rotations import compose, conjugate, numbers, unit_rows
 
 if TYPE_CHECKING:
     from scipy.spatial.transform import Rotation
@@ -175,7 +175,11 @@ class Bingham:
         if weights is None:
             w = np.full(a.shape[:-1], 1.0 / max(n, 1))
         else:
-            w = np.broadcast_to(np.asarray(weights, dtype=np.float64), a.shape[:-1])
+            w = numbers(weights, "weights")
+            try:
+                w = np.broadcast_to(w, a.shape[:-1])
+            except ValueError:
+                raise InvalidArgumentError("weights", f"one for each sample, shape {a.shape[:-1]}", w.shape) from None
             total = w.sum(axis=-1, keepdims=True)
             if not (np.all(w >= 0.0) and np.all(np.isfinite(w)) and np.all(total > 0.0)):
                 raise InvalidArgumentError("weights", "finite, non-negative, not all zero", weights)
@@ -229,7 +233,8 @@ class Bingham:
         """Last column of M (..., d): ± this vector has the largest density.
 
         Where z_{d−1} = 0 too (a girdle, the uniform law) the mode is not unique: every unit vector of the span of the
-        columns with z = 0 is one, and this is a representative.
+        columns with z = 0 is one. This is then any of them, for `uniform` the last unit vector, and says nothing about
+        the law.
         """
         return self._M[..., :, -1]
 

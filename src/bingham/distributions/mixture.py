@@ -11,10 +11,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.special import gammaln, logsumexp
 
-from bingham.distributions.arguments import as_generator
+from bingham.distributions.arguments import as_generator, check_kind, check_number
 from bingham.distributions.bingham import Bingham
 from bingham.errors import InvalidArgumentError
-from bingham.rotations import unit_rows
+from bingham.rotations import numbers, unit_rows
 
 if TYPE_CHECKING:
     from scipy.spatial.transform import Rotation
@@ -75,7 +75,9 @@ class BinghamMixture:
     background: float = 0.0
 
     def __post_init__(self) -> None:
-        w = np.array(self.weights, dtype=np.float64)
+        check_kind(self.components, Bingham, "components", "one batch of laws: Bingham(z (K, d), M (K, d, d))")
+        check_number(self.background, "background", "a number in [0, 1]", least=0.0)
+        w = numbers(self.weights, "weights")
         if len(self.components.shape) != 1 or w.shape != self.components.shape:
             raise InvalidArgumentError("weights", f"one for each component, shape {self.components.shape}", w.shape,
                                        "components is one batch of laws, Bingham(z (K, d), M (K, d, d))")  # fmt: skip

@@ -11,9 +11,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.optimize import root_scalar
 
+from bingham.distributions.arguments import check_number
 from bingham.distributions.normalizer import log_normalizer, log_normalizer_derivatives
 from bingham.errors import InvalidArgumentError
-from bingham.rotations import compose, conjugate
+from bingham.rotations import compose, conjugate, numbers
 
 __all__ = [
     "colatitude_density",
@@ -58,7 +59,7 @@ def colatitude_density(z: FloatArray, angle: float) -> tuple[FloatArray, FloatAr
 
 def credible_angle(z: FloatArray, p: ArrayLike) -> Any:
     """Return α (...) with P(arccos |xᵀ mode| ≤ α) = p for z (..., d), p (...), broadcast."""
-    share = np.asarray(p, dtype=np.float64)
+    share = numbers(p, "p")
     if not np.all((share >= 0.0) & (share <= 1.0)):
         raise InvalidArgumentError("p", "probabilities in [0, 1]", p)
     shape = np.broadcast_shapes(z.shape[:-1], share.shape)
@@ -130,7 +131,7 @@ def covariance(M: FloatArray, w: FloatArray, frame: str, undefined: str) -> Floa
 def moment_from_covariance(mode: FloatArray, c: ArrayLike, frame: str) -> tuple[FloatArray, FloatArray]:
     """Return (ω, M) of the second moment about mode (..., 4) whose `covariance` is c (..., 3, 3)."""
     body = _frame_is_named(frame)
-    a = np.asarray(c, dtype=np.float64)
+    a = numbers(c, "covariance")
     if a.shape[-2:] != (3, 3):
         raise InvalidArgumentError("covariance", "shape (..., 3, 3), rad²", a.shape)
     if not np.all(np.isfinite(a)) or np.abs(a - np.swapaxes(a, -1, -2)).max(initial=0.0) > 1e-8 * np.abs(a).max(
@@ -160,8 +161,7 @@ def moment_from_covariance(mode: FloatArray, c: ArrayLike, frame: str) -> tuple[
 
 def standard_errors(z: FloatArray, n: float) -> tuple[FloatArray, FloatArray]:
     """Return standard errors of z (..., d) and of the axes (..., d, d) for n samples."""
-    if not n > 0:
-        raise InvalidArgumentError("n", "a positive number of samples", n)
+    check_number(n, "n", "the number of samples, above 0", above=0.0)
     _, w, hessian = log_normalizer_derivatives(z)
     d = z.shape[-1]
     information = n * hessian[..., : d - 1, : d - 1]

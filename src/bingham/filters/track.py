@@ -94,6 +94,10 @@ class Track:
         ]
 
     @frame_required
-    def covariance(self, *, frame: Literal["body", "world"]) -> FloatArray:
-        """Return 3×3 covariances (..., T, 3, 3), rad², NaN where undefined; see `Bingham.covariance`."""
-        return self.laws.covariance(frame=frame, undefined="nan")
+    def covariance(self, *, frame: Literal["body", "world"], undefined: Literal["raise", "nan"] = "nan") -> FloatArray:
+        """Return 3×3 covariances (..., T, 3, 3), rad²; see `Bingham.covariance`.
+
+        Where a law has no clear mode its covariance is NaN, unlike that of a single law: the first laws of a track
+        often have none. ``undefined="raise"`` refuses such tracks.
+        """
+        return self.laws.covariance(frame=frame, undefined=undefined)

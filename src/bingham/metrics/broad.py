@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from bingham.errors import InvalidArgumentError
-from bingham.rotations import compose, conjugate, unit_rows
+from bingham.rotations import compose, conjugate, numbers, unit_rows
 
 __all__ = ["BroadErrors", "broad_errors", "broad_rmse", "heading_offset"]
 
@@ -70,7 +70,10 @@ def broad_rmse(estimate: ArrayLike, reference: ArrayLike, score: ArrayLike | Non
     errors = np.array(broad_errors(estimate, reference))
     counted = np.isfinite(errors).all(axis=0)
     if score is not None:
-        counted &= np.asarray(score, dtype=np.bool_)
+        mask = np.asarray(score, dtype=np.bool_)
+        if mask.shape != counted.shape:
+            raise InvalidArgumentError("score", f"one for each sample, shape {counted.shape}", mask.shape)
+        counted &= mask
     if not counted.any():
         raise InvalidArgumentError("score", "at least one sample with a reference", "none")
     return BroadErrors(*np.sqrt(np.mean(errors[:, counted] ** 2, axis=1)))
@@ -91,7 +94,16 @@ def heading_offset(estimate: ArrayLike, reference: ArrayLike) -> float:
 
 
 def _error(estimate: ArrayLike, reference: ArrayLike) -> FloatArray:
-    known = np.asarray(reference, dtype=np.float64)
+    known = numbers(reference, "reference")
+    if known.shape[-1:] != (4,):
+        raise InvalidArgumentError("reference", "shape (..., 4)", known.shape)
     filled = np.where(np.isnan(known), [1.0, 0.0, 0.0, 0.0], known)
-    e = compose(unit_rows(estimate, 4, "estimate"), conjugate(unit_rows(filled, 4, "reference")))
+    q, r = unit_rows(estimate, 4, "estimate"), unit_rows(filled, 4, "reference")
+    try:
+        np.broadcast_shapes(q.shape, r.shape)
+    except ValueError:
+        raise InvalidArgumentError(
+            "reference", f"a shape that broadcasts with the estimates' {q.shape}", r.shape, "one row for each estimate"
+        ) from None
+    e = compose(q, conjugate(r))
     return np.where(np.isnan(known).any(axis=-1, keepdims=True), np.nan, e)
