@@ -191,6 +191,14 @@ def test_noise_that_leaves_no_mode_is_named_by_its_option(bingham, tmp_path):
     assert result.stderr.endswith("got 2.3; degrees? Multiply by π/180\n")
 
 
+def test_tum_of_axes_in_the_plane_is_refused(bingham, imu, axes_in_plane, tmp_path):
+    result = bingham("track", imu, axes_in_plane, "--tum", "--no-figure", "-o", tmp_path / "out")
+    assert result.exit_code == 2
+    message = f"--tum: expected orientations in space, got {axes_in_plane}, axes in the plane; leave --tum out"
+    assert result.stderr == f"bingham: {message}\n"
+    assert not (tmp_path / "out").exists()
+
+
 def test_options_without_effect_on_any_recording_are_refused(bingham, imu, axes_in_plane, tmp_path):
     given = ("--plain", "--gate", 0.99, "--no-figure", "-o", tmp_path / "out")
     result = bingham("track", axes_in_plane, *given)

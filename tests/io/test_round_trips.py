@@ -99,6 +99,19 @@ def test_track_csv_states_frame_and_reads_as_orientations(tmp_path):
     assert float(second[6]) == written["covariance"][1, 0, 1]
 
 
+def test_track_csv_of_axes_says_so(tmp_path):
+    file = tmp_path / "axes.csv"
+    z = -200.0  # 200 = 1 / (2 · 0.05²)
+    angles = Bingham([z, 0.0], np.eye(2)).rvs(4000, rng=1)
+    write_track_csv(file, time=[0.0, 1.0], modes=np.eye(2), concentrations=[[z, 0.0]] * 2)
+    about = [line for line in file.read_text().splitlines() if line.startswith("#")]
+    assert "axes in the plane" in about[0]
+    assert "quaternion" not in "".join(about)
+    assert about[-1] == "# standard deviation of the angle, where small: 1 / sqrt(-2 z1) rad"
+    # A standard deviation of 4000 samples scatters by 1/√8000.
+    assert np.std(np.arcsin(angles[:, 0])) == pytest.approx(1 / np.sqrt(-2 * z), rel=4 / np.sqrt(8000))
+
+
 def test_track_npz_keeps_every_bit(tmp_path):
     rng = np.random.default_rng(4)
     written = track() | {

@@ -22,7 +22,7 @@ def write_track(
     frame: Literal["body", "world"],
     tum: bool,
 ) -> list[str]:
-    """Write the files of a track and return their names; planar tracks have no covariance and no TUM file."""
+    """Write the files of a track and return their names; planar ones have no covariance, and never `tum`."""
     from bingham.io import write_track_csv, write_track_npz, write_tum
     from bingham.rotations import continuous
 
@@ -39,7 +39,7 @@ def write_track(
     written = [f"{name}.track.csv", f"{name}.track.npz"]
     write_track_csv(folder / written[0], modes=unbroken, reason=result.reasons, **both)
     write_track_npz(folder / written[1], modes=result.modes, matrices=laws.matrix, frames=laws.M, **both, **result.more)
-    if tum and laws.dim == 4:
+    if tum:
         written.append(f"{name}.tum.txt")
         position = getattr(recording, "position", None)
         write_tum(folder / written[-1], time=recording.time, orientation=unbroken, position=position)

@@ -190,6 +190,8 @@ def track_one(path: Path, folder: Path, settings: Settings, step: Any) -> dict[s
     started = perf_counter()
     step("reading")
     recording = read(path, settings.format, settings.reading)
+    if settings.tum and isinstance(recording, OrientationRecording) and recording.dim != 4:
+        raise InvalidArgumentError("--tum", "orientations in space", f"{path}, axes in the plane", "leave --tum out")
     step("filtering")
     prepared = prepare(recording, settings.filtering)
     before = thread_time()

@@ -25,6 +25,10 @@ __all__ = ["read_track", "write_track_csv", "write_track_npz"]
 TRACK = "bingham-track-1"
 PER_STEP = {"matrices", "covariance", "concentrations", "log_evidence", "accepted", "reason"}
 MODES = {2: ["ux", "uy"], 4: ["qw", "qx", "qy", "qz"]}
+ABOUT = {
+    2: "axes in the plane: unit vectors, of which ux, uy and -ux, -uy are the same",
+    4: "quaternions: Hamilton, scalar first, body to world",
+}
 
 
 def write_track_csv(
@@ -74,7 +78,7 @@ def write_track_csv(
         raise InvalidArgumentError("modes", "shape (T, 2) or (T, 4)", f"shape {modes.shape}")
     names += MODES[modes.shape[1]]
     values += [*modes.T]
-    about = ["bingham track; quaternions: Hamilton, scalar first, body to world"]
+    about = [f"bingham track; {ABOUT[modes.shape[1]]}"]
     if covariance is not None:
         if covariance_frame not in ("body", "world"):
             raise InvalidArgumentError("covariance_frame", "'body' or 'world'", repr(covariance_frame))
@@ -89,6 +93,8 @@ def write_track_csv(
         names += [f"z{k + 1}" for k in range(modes.shape[1])]
         values += [*concentrations.T]
         about.append("z: concentrations, ascending; the mode belongs to the last, which is 0")
+        if modes.shape[1] == 2:
+            about.append("standard deviation of the angle, where small: 1 / sqrt(-2 z1) rad")
     if log_evidence is not None:
         names.append("log_evidence")
         values.append(_array("log_evidence", log_evidence, (size,)))
