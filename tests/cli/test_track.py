@@ -214,6 +214,21 @@ def test_two_recordings_of_one_name_are_refused(bingham, imu, tmp_path):
     assert result.stderr == "bingham: RECORDING: expected files of different names, got imu; run them one by one\n"
 
 
+@pytest.mark.parametrize("place", ["", "mav0", "mav0/imu0", "mav0/imu0/data.csv"])
+def test_files_of_a_sequence_are_named_after_it(bingham, tmp_path, place):
+    columns = ["#timestamp [ns]", *(f"{s}_RS_S_{a}" for s in "wa" for a in "xyz")]
+    rows = [f"{10**18 + 5_000_000 * k},0.01,0,0,0,0,9.81" for k in range(20)]
+    for name in ("V1_01", "V1_02"):
+        folder = tmp_path / name / "mav0" / "imu0"
+        folder.mkdir(parents=True)
+        (folder / "data.csv").write_text("\n".join([",".join(columns), *rows, ""]))
+    result = bingham("track", tmp_path / "V1_01" / place, tmp_path / "V1_02" / place, "--no-figure", "-o",
+                     tmp_path / "out")  # fmt: skip
+    assert result.exit_code == 0, result.stderr
+    written = {path.name for path in (tmp_path / "out").iterdir()}
+    assert written == {f"V1_0{k}.track.{kind}" for k in (1, 2) for kind in ("csv", "npz")}
+
+
 def test_a_file_in_the_place_of_the_folder_is_refused(bingham, imu, tmp_path):
     result = bingham("track", imu, "-o", imu)
     assert result.exit_code == 2

@@ -323,7 +323,12 @@ def test_euroc_sequences_bring_their_truth(tmp_path):
     np.testing.assert_array_equal(recording.truth.orientation, [[1, 0, 0, 0]] * 2)
     np.testing.assert_array_equal(recording.accelerometer[1], [0, 0, 9.8])
     assert read_recording(tmp_path / "V1_01" / "mav0").name == "V1_01"
-    assert read_recording(tmp_path / "V1_01" / "mav0" / "imu0" / "data.csv").truth is None
+    assert read_recording(tmp_path / "V1_01" / "mav0" / "imu0").name == "V1_01"
+    np.testing.assert_array_equal(read_recording(tmp_path / "V1_01" / "mav0" / "imu0").truth.time, recording.time)
+    alone = read_recording(tmp_path / "V1_01" / "mav0" / "imu0" / "data.csv")
+    assert (alone.name, alone.truth) == ("V1_01", None)
+    truth = tmp_path / "V1_01" / "mav0" / "state_groundtruth_estimate0" / "data.csv"
+    assert read_recording(truth).name == "V1_01-state_groundtruth_estimate0"
     (tmp_path / "V1_01" / "mav0" / "imu0" / "data.csv").write_text(TRUTH)
     with pytest.raises(RecordingError, match="no gyroscope columns"):
         read_recording(tmp_path / "V1_01")

@@ -66,8 +66,15 @@ def read(path: Path, format: str | None, given: Mapping[str, Any]) -> ImuRecordi
 
 
 def name_of(path: Path) -> str:
-    """Return what a recording and its files are called, whatever name the recording itself holds."""
+    """Return what a recording and its files are called, whatever name the recording itself holds.
+
+    Of files and folders inside an EuRoC sequence that is the name of the sequence.
+    """
+    from bingham.io.euroc import sequence_name
+
     path = path.resolve()
+    if (sequence := sequence_name(path)) is not None:
+        return sequence
     return path.name if path.is_dir() else path.stem
 
 

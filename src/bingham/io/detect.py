@@ -81,7 +81,7 @@ def detect_format(path: str | Path) -> str:
     if path.is_dir():
         if (path / "metadata.yaml").is_file():
             return "rosbag"
-        if (path / "mav0").is_dir() or (path / "imu0").is_dir():
+        if (path / "mav0").is_dir() or (path / "imu0").is_dir() or path.resolve().name == "imu0":
             return "euroc"
         raise RecordingError(path, "", "a folder that is neither a ROS 2 bag nor an EuRoC sequence", SUPPORTED)
     existing(path)

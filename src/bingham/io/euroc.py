@@ -12,7 +12,7 @@ from bingham.io.checks import build, existing, normalised, time_from_nanoseconds
 from bingham.io.text import TextTable, numbered_lines
 from bingham.recording import ImuRecording, OrientationRecording, amended
 
-__all__ = ["read_euroc"]
+__all__ = ["read_euroc", "sequence_name"]
 
 STAMP = "timestamp"
 GYROSCOPE = [f"w_RS_S_{a}" for a in "xyz"]
@@ -29,7 +29,7 @@ def read_euroc(path: str | Path) -> ImuRecording | OrientationRecording:
     Parameters
     ----------
     path : str or Path
-        The folder that holds ``mav0``, ``mav0`` itself, or one ``data.csv``.
+        The folder that holds ``mav0``, ``mav0`` or its ``imu0``, or one ``data.csv``.
 
     Returns
     -------
@@ -46,15 +46,32 @@ def read_euroc(path: str | Path) -> ImuRecording | OrientationRecording:
     return _sequence(path) if path.is_dir() else _table(path)
 
 
+def sequence_name(path: str | Path) -> str | None:
+    """Return the name of the sequence to which a folder ``mav0`` or ``imu0``, or the file in it, belongs.
+
+    The name of another sensor's ``data.csv`` has the sensor's after it; None: `path` is no part of a sequence.
+    """
+    path = Path(path).resolve()
+    folder = path.parent if path.name == "data.csv" else path
+    above = folder.parent if folder.name in ("imu0", *TRUTH_FOLDERS) else folder
+    if above == folder and folder.name != "mav0":
+        return None
+    name = above.parent.name if above.name == "mav0" else above.name
+    return f"{name}-{folder.name}" if folder.name in TRUTH_FOLDERS else name
+
+
 def _sequence(folder: Path) -> ImuRecording:
-    root = folder if (folder / "imu0").is_dir() else folder / "mav0"
+    if folder.resolve().name == "imu0":
+        root = folder.resolve().parent
+    else:
+        root = folder if (folder / "imu0").is_dir() else folder / "mav0"
     file = root / "imu0" / "data.csv"
     if not file.is_file():
         raise RecordingError(folder, "", "no mav0/imu0/data.csv in it", "give the folder that holds mav0")
     imu = _table(file)
     if not isinstance(imu, ImuRecording):
         raise RecordingError(file, "line 1", "no gyroscope columns", f"expected {' '.join(GYROSCOPE)}")
-    name = folder.resolve().parent.name if folder.name == "mav0" else folder.resolve().name
+    name = sequence_name(folder) or folder.resolve().name
     for truth_folder in TRUTH_FOLDERS:
         file = root / truth_folder / "data.csv"
         if file.exists():
@@ -88,8 +105,9 @@ def _table(path: Path) -> ImuRecording | OrientationRecording:
     def place(field: str, index: int) -> str:
         return table.place(fields.get(field, [STAMP]), index)
 
+    name = sequence_name(path) or path.stem
     values = {field: table.numbers(columns) for field, columns in fields.items()}
     if "gyroscope" in values:
-        return build(ImuRecording, path, place, time=time, **values)
+        return build(ImuRecording, path, place, name=name, time=time, **values)
     values["orientation"] = normalised(path, "orientation", values["orientation"], place)
-    return build(OrientationRecording, path, place, time=time, **values)
+    return build(OrientationRecording, path, place, name=name, time=time, **values)
