@@ -5,9 +5,11 @@ import pytest
 from typer.testing import CliRunner
 
 from bingham.cli.main import app
+from bingham.cli.study_table import shown_rows, write_result
 from bingham.io import write_csv
 from bingham.recording import OrientationRecording
 from bingham.studies import STUDIES, load_study
+from bingham.studies.study import Row, StudyResult
 
 run = CliRunner().invoke
 
@@ -53,6 +55,37 @@ def test_mistakes_end_in_one_line(tmp_path, monkeypatch, arguments, words):
     assert len(result.stderr.strip().splitlines()) == 1
 
 
+def table(cases, published):
+    """Rows of two filters and two metrics for each case; for some cases the paper has one metric of one filter."""
+    return [
+        Row(f"case {k}", name, metric, 1.0, paper=2.0 if k < published and (name, metric) == ("a", "rmse") else None)
+        for k in range(cases)
+        for name in ("a", "b")
+        for metric in ("rmse", "nees")
+    ]
+
+
+def test_of_a_long_table_published_cases_and_metrics_are_printed():
+    assert len(shown_rows(table(15, 3))) == 60  # not long
+    assert len(shown_rows(table(40, 0))) == 160  # nothing published
+    rows = shown_rows(table(16, 3))
+    assert [(row.case, row.filter) for row in rows] == [(f"case {k}", name) for k in range(3) for name in ("a", "b")]
+    assert {row.metric for row in rows} == {"rmse"}
+
+
+def test_all_rows_are_in_the_files_and_printed_on_demand(tmp_path, capsys):
+    result = StudyResult("kurz2013", 1, 1, table(16, 3))
+    for all_rows, printed in ((False, 6), (True, 64)):
+        write_result(result, tmp_path, draw_figures=False, as_json=False, all_rows=all_rows)
+        said = capsys.readouterr().out
+        assert said.count("case ") - said.count("┃ case ") == printed
+        assert (
+            f"6 of 64 rows, those of cases and metrics with a published value; all are in {tmp_path}" in said
+        ) != all_rows
+        assert len((tmp_path / "kurz2013.csv").read_text().splitlines()) == 65
+        assert len(json.loads((tmp_path / "kurz2013.json").read_text())["table"]) == 64
+
+
 def test_list_names_the_studies_and_their_runs():
     lines = run(app, ["reproduce", "list"]).stdout.splitlines()
     assert [line.split()[:3] for line in lines] == [[n, str(load_study(n).default_runs), "runs"] for n in STUDIES]
@@ -92,6 +125,7 @@ def test_options_without_effect_are_refused(bingham, tmp_path):
     for arguments, message in [
         (("kurz2013", "--recording", tmp_path / "a.csv"), "--recording: expected a study that takes one (madaan2017)"),
         (("kurz2013", "--jobs", 1, "--scheduler", "tcp://10.0.0.5:8786"), "--jobs: expected no --scheduler"),
+        (("kurz2013", "--all-rows", "--json"), "--all-rows: expected a table to print, got --json, which has all rows"),
         (("--runs", 5), "--runs: expected the name of a study with it, got list"),
     ]:
         result = bingham("reproduce", *arguments)

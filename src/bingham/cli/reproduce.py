@@ -37,6 +37,9 @@ def reproduce(
     ),
     fresh: bool = typer.Option(False, help="Forget stored runs of this study and start again."),
     figures: bool = typer.Option(True, help="Draw figures."),
+    all_rows: bool = typer.Option(
+        False, "--all-rows", help="Print long tables whole, not only cases and metrics with a published value."
+    ),
     as_json: bool = typer.Option(False, "--json", help="Print one JSON object instead of the table."),
 ) -> None:
     """Rerun a published comparison of filters; interrupted, it continues where it stopped."""
@@ -59,6 +62,8 @@ def reproduce(
     if "orientation" not in chosen.options:
         takers = ", ".join(name for name in STUDIES if "orientation" in load_study(name).options)
         refuse(given, ("recording",), f"a study that takes one ({takers})", study)
+    if as_json:
+        refuse(given, ("all_rows",), "a table to print", "--json, which has all rows")
     if scheduler is not None:
         refuse(given, ("jobs",), "no --scheduler, whose workers do the runs", scheduler)
     _check_folder(output)
@@ -82,7 +87,7 @@ def reproduce(
             kept = f"{progress.done} of {progress.total} parts are stored in {stores[0].folder}"
             typer.echo(f"bingham: interrupted; {kept}; the same command continues from there", err=True)
             raise typer.Exit(130) from None
-    write_result(result, output, draw_figures=figures, as_json=as_json)
+    write_result(result, output, draw_figures=figures, as_json=as_json, all_rows=all_rows)
 
 
 def _check_folder(output: Path) -> None:

@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import typer
 
 if TYPE_CHECKING:
-    from bingham.studies.study import StudyResult
+    from bingham.studies.study import Row, StudyResult
 
-__all__ = ["write_result"]
+__all__ = ["shown_rows", "write_result"]
 
 # What the names of the metrics do not say themselves.
 MEANINGS = {
@@ -24,9 +25,12 @@ MEANINGS = {
     "wins": "number of runs in which the filter has the smaller error",
 }
 
+# A longer table is not read on a terminal.
+MOST_ROWS = 60
 
-def write_result(result: StudyResult, output: Path, *, draw_figures: bool, as_json: bool) -> None:
-    """Write table and figures into a folder, and print the table, or one JSON object."""
+
+def write_result(result: StudyResult, output: Path, *, draw_figures: bool, as_json: bool, all_rows: bool) -> None:
+    """Write table and figures into a folder, and print the table or what counts of it, or one JSON object."""
     from bingham.io.atomic import replaced
 
     output.mkdir(parents=True, exist_ok=True)
@@ -47,8 +51,22 @@ def write_result(result: StudyResult, output: Path, *, draw_figures: bool, as_js
     if as_json:
         typer.echo(json.dumps(report))
         return
-    _print_table(result)
+    rows = result.table if all_rows else shown_rows(result.table)
+    _print_table(result, rows)
+    if len(rows) < len(result.table):
+        typer.echo(
+            f"{len(rows)} of {len(result.table)} rows, those of cases and metrics with a published value; "
+            f"all are in {output / result.study}.csv, --all-rows prints them"
+        )
     typer.echo(f"table and figures in {output}/")
+
+
+def shown_rows(table: Sequence[Row]) -> list[Row]:
+    """Return the rows to print: of a long table those whose case and metric have a published value, of any filter."""
+    published = {(row.case, row.metric) for row in table if row.paper is not None}
+    if len(table) <= MOST_ROWS or not published:
+        return list(table)
+    return [row for row in table if (row.case, row.metric) in published]
 
 
 def _csv(result: StudyResult) -> str:
@@ -62,7 +80,7 @@ def _csv(result: StudyResult) -> str:
     return text.getvalue()
 
 
-def _print_table(result: StudyResult) -> None:
+def _print_table(result: StudyResult, rows: Sequence[Row]) -> None:
     from rich.console import Console
     from rich.table import Table
 
@@ -72,7 +90,7 @@ def _print_table(result: StudyResult) -> None:
         table.add_column(name, no_wrap=True)
     for name in ("value", "± s.e.", "paper"):
         table.add_column(name, justify="right", no_wrap=True)
-    for row in result.table:
+    for row in rows:
         stderr = "" if row.stderr is None else _number(row.stderr, 2)
         paper = "" if row.paper is None else _number(row.paper, 4)
         table.add_row(row.case, row.filter, row.metric, _number(row.value, 4), stderr, paper)
@@ -80,7 +98,7 @@ def _print_table(result: StudyResult) -> None:
     # Lines that wrap badly in a narrow pipe are worse than long ones.
     console.width = console.width if console.is_terminal else 130
     console.print(table)
-    for metric in sorted({row.metric for row in result.table} & set(MEANINGS)):
+    for metric in sorted({row.metric for row in rows} & set(MEANINGS)):
         console.print(f"{metric}: {MEANINGS[metric]}", style="dim", highlight=False)
 
 
