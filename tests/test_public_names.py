@@ -29,3 +29,15 @@ def test_importing_loads_nothing_heavy():
     code = "import sys, bingham; print([m for m in ('numba', 'scipy', 'matplotlib', 'typer') if m in sys.modules])"
     out = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
     assert out.strip() == "[]"
+
+
+def test_names_of_subpackages_are_found_without_an_import_of_their_own():
+    for part in (bingham.plot, bingham.surfaces):
+        assert {name for name in part.__all__ if getattr(part, name).__doc__} == set(dir(part)), part.__name__
+    assert callable(bingham.surfaces.plane_factors.plane_factor)
+
+
+def test_importing_plots_loads_no_matplotlib():
+    code = "import sys, bingham; bingham.plot.plot_fit; print('matplotlib' in sys.modules)"
+    out = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
+    assert out.strip() == "False"
