@@ -161,6 +161,55 @@ def test_stream_equals_run_with_sensors_at_their_own_rates():
     assert set(track.reasons()) >= {"used", "repeats the sample before", "no sample"}
 
 
+def late(r, force, field):
+    """The recording without the first rows of accelerometer and magnetometer."""
+    forces, fields = np.array(r.accelerometer), np.array(r.magnetometer)
+    forces[:force], fields[:field] = np.nan, np.nan
+    return replace(r, accelerometer=forces, magnetometer=fields)
+
+
+@pytest.mark.parametrize("field", [0, 60, 300])
+def test_stream_equals_run_with_late_sensors(field):
+    r = late(tumbling(8.0), 150, field)
+    prior = Bingham.from_covariance([1.0, 0, 0, 0], 0.04 * np.eye(3), frame="world")
+    track, stream = ImuFilter().run(r, prior=prior), ImuStream(prior=prior)
+    first, covariances = np.array(prior.matrix), track.covariance(frame="world")
+    for k, t in enumerate(r.time):
+        if k == 100:  # a state that has seen no accelerometer goes on as well
+            rest = ImuFilter().run(part(r, 100, r.size), state=ImuStream(state=stream.state).state)
+            unknown = ImuFilter().run(r)
+        stream.gyroscope(t, r.gyroscope[k])
+        if np.isfinite(r.accelerometer[k, 0]):
+            stream.accelerometer(t, r.accelerometer[k])
+        if np.isfinite(r.magnetometer[k, 0]):
+            stream.magnetometer(t, r.magnetometer[k])
+        assert stream.started == (k >= 150)
+        np.testing.assert_allclose(stream.orientation, track.modes[k], rtol=0, atol=1e-12)
+        np.testing.assert_allclose(stream.covariance(frame="world"), covariances[k], rtol=1e-10, atol=1e-15)
+        np.testing.assert_allclose(stream.bias, track.bias[k], rtol=1e-10, atol=1e-15)
+        np.testing.assert_allclose(stream.bias_std, track.bias_std[k], rtol=1e-10)
+        if k in (0, 149):
+            np.testing.assert_allclose(stream.law.matrix, first, atol=1e-9)
+    np.testing.assert_array_equal(rest.modes, unknown.modes[100:])
+    np.testing.assert_allclose(track.matrices[149], first, atol=1e-9)
+    np.testing.assert_allclose(track.matrices[-1], stream.law.matrix, rtol=1e-6, atol=1e-6)
+    early = set(track.reasons()[:150])
+    assert early == ({"before the first accelerometer sample", "no sample"} if field == 60 else
+                     {"no sample"} if field else {"before the first accelerometer sample"})  # fmt: skip
+
+
+def test_nothing_is_stated_before_the_first_accelerometer_sample():
+    r = late(tumbling(12.0), 500, 0)
+    for track in (ImuFilter().run(r), ImuFilter().smooth(r)):
+        known = np.arange(r.size) >= 500
+        for values in (track.modes, track.covariance(frame="body"), track.covariance(frame="world"),
+                       track.heading_std, track.inclination_std, track.heading_credible_angle(0.95)):  # fmt: skip
+            np.testing.assert_array_equal(np.isfinite(values).all(axis=tuple(range(1, values.ndim))), known)
+        assert not track.concentrations[:500].any()  # the uniform law
+        angle = np.linalg.norm(to_rotation_vector(compose(track.modes, conjugate(r.reference)))[800:], axis=1)
+        assert np.rad2deg(angle.max()) < 5.0
+
+
 def test_stream_refuses_what_it_cannot_use():
     stream = ImuStream()
     stream.gyroscope(0.0, [0, 0, 0])
@@ -310,6 +359,41 @@ def test_parameters_are_checked():
         ImuFilter(gravity=-1.0)
     with pytest.raises(InvalidArgumentError, match="at least one accelerometer sample"):
         ImuFilter().run(ImuRecording("gyro", [0.0, 0.1], np.zeros((2, 3))))
+
+
+def test_wrong_arguments_are_named():
+    r = tumbling(6.0)
+    f = ImuFilter()
+    with pytest.raises(InvalidArgumentError, match=r"declination: expected an angle in rad.*np\.radians\(13\)"):
+        ImuFilter(declination=13.0)
+    assert ImuFilter(declination=-math.pi).declination == -math.pi
+    with pytest.raises(InvalidArgumentError, match="expected a finite number, got ImuRecording; give") as error:
+        ImuFilter(r)
+    assert len(str(error.value)) < 200
+    for start in (lambda **given: f.run(r, **given), lambda **given: ImuStream(**given)):
+        with pytest.raises(InvalidArgumentError, match="prior: expected a Bingham law of the orientation, got list"):
+            start(prior=[1, 0, 0, 0])
+        with pytest.raises(InvalidArgumentError, match=r"state: expected an ImuState, got str; ImuState\.from_json"):
+            start(state=f.run(r).final.to_json())
+    with pytest.raises(InvalidArgumentError, match="recording: expected an ImuRecording, got ndarray"):
+        f.run(r.gyroscope)
+    for text, message in (("{}", "without values, covariance, last"), ('{"values": [], "last": []}', "without covar")):
+        with pytest.raises(InvalidArgumentError, match="a state written by to_json, got JSON " + message):
+            ImuState.from_json(text)
+
+
+def test_a_first_sample_of_zeros_is_refused_by_its_row():
+    r = tumbling(6.0)
+    force = np.array(r.accelerometer)
+    force[:10] = np.nan
+    force[10] = 0.0
+    with pytest.raises(InvalidArgumentError, match=r"accelerometer: .* at index 10; .*as NaN in a recording"):
+        ImuFilter().run(replace(r, accelerometer=force))
+    stream = ImuStream()
+    with pytest.raises(InvalidArgumentError, match="zeros are free fall"):
+        stream.accelerometer(0.0, force[10])
+    stream.accelerometer(0.0, force[11])  # the refused one has left nothing behind
+    assert stream.started
 
 
 def test_a_covariance_without_a_named_frame_is_refused():

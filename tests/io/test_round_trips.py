@@ -1,5 +1,7 @@
 """What is written comes back bit by bit, and nothing is left half written."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -265,6 +267,24 @@ def test_inertial_tracks_carry_their_state(tmp_path):
     np.testing.assert_array_equal(stored["modes"], track.modes)
     assert stored["covariance_frame"] == "world"
     np.testing.assert_array_equal(ImuState.from_json(stored["state"]).covariance, track.final.covariance)
+
+
+def test_tracks_without_an_estimate_at_the_start_come_back(tmp_path):
+    r = simulate_imu(simulate_tumbling(2.0, 50.0, rng=0), rng=1)
+    force = np.array(r.accelerometer)
+    force[:20] = np.nan
+    track = ImuFilter().run(replace(r, accelerometer=force))
+    write_track_npz(tmp_path / "late.npz", track)
+    copy = read_track(tmp_path / "late.npz")
+    np.testing.assert_array_equal(copy["modes"], track.modes)
+    np.testing.assert_array_equal(np.isnan(copy["covariance"]).all(axis=(1, 2)), np.arange(r.size) < 20)
+    write_track_csv(
+        tmp_path / "late.csv", time=track.time, modes=track.continuous_modes,
+        covariance=track.covariance(frame="body"), covariance_frame="body",
+    )  # fmt: skip
+    lines = [line for line in (tmp_path / "late.csv").read_text().splitlines() if not line.startswith("#")]
+    assert lines[20].split(",")[1:11] == [""] * 10  # quaternion and covariance
+    assert "" not in lines[21].split(",")
 
 
 def test_only_tracks_are_taken_for_tracks(tmp_path):

@@ -17,7 +17,7 @@ from bingham.kernels import imu_state as at
 from bingham.kernels.imu import run as run_kernel
 from bingham.kernels.imu_smooth import smooth as smooth_kernel
 from bingham.models.sensors import davenport_matrix
-from bingham.recording import ImuRecording
+from bingham.recording import ImuRecording, RowError
 
 __all__ = ["ImuFilter"]
 
@@ -29,6 +29,7 @@ FIRST_TILT = 0.1
 # first acceleration says.
 FIRST_SWING = 0.16
 SWING_PERIOD = 0.2  # s/rad
+FREE_FALL = "zeros are free fall, which shows no up: leave it out, as NaN in a recording, if it is no sample"
 
 
 @dataclass(frozen=True)
@@ -136,9 +137,15 @@ class ImuFilter:
     def __post_init__(self) -> None:
         for field in fields(self):
             value = getattr(self, field.name)
-            if not isinstance(value, (int, float, np.floating)) or not math.isfinite(value):
-                raise InvalidArgumentError(field.name, "a finite number", repr(value))
+            if not isinstance(value, (int, float, np.floating)):
+                remedy = "give recordings to run: ImuFilter().run(recording)" * isinstance(value, ImuRecording)
+                raise InvalidArgumentError(field.name, "a finite number", type(value).__name__, remedy)
+            if not math.isfinite(value):
+                raise InvalidArgumentError(field.name, "a finite number", value)
             if field.name == "declination":
+                if abs(value) > math.pi:
+                    remedy = f"degrees? declination=np.radians({value:g})"
+                    raise InvalidArgumentError("declination", "an angle in rad, from -π to π", value, remedy)
                 continue
             if value < 0.0 or (value == 0.0 and field.name not in MAY_BE_ZERO):
                 raise InvalidArgumentError(field.name, "a positive number", value)
@@ -159,13 +166,15 @@ class ImuFilter:
             Law of the orientation before; uniform unless given. A girdle about the vertical says "tilt known, heading
             not".
         """
+        check_start(prior, None)
         law = Bingham.uniform(4) if prior is None else prior
         if law.dim != 4 or law.shape:
             raise InvalidArgumentError("prior", "a single law of rotations, d = 4", f"d = {law.dim}, {law.shape}")
         force = np.asarray(accelerometer, dtype=np.float64)
         norm = float(np.linalg.norm(force))
         if force.shape != (3,) or not (math.isfinite(norm) and norm > 0.0):
-            raise InvalidArgumentError("accelerometer", "a finite non-zero vector (3,)", accelerometer)
+            remedy = FREE_FALL if norm == 0.0 else ""
+            raise InvalidArgumentError("accelerometer", "a finite non-zero vector (3,)", accelerometer, remedy)
         # A linear acceleration that changes the size by a share of g turns the direction by about as much, rad.
         excess = norm - self.gravity
         tilt2 = FIRST_TILT**2 + (excess / self.gravity) ** 2
@@ -206,7 +215,8 @@ class ImuFilter:
         Raises
         ------
         InvalidArgumentError
-            If there is no accelerometer sample to start with, or both `prior` and `state` are given.
+            If there is no accelerometer sample to start with, the first one is zero (free fall shows no up; later zeros
+            are taken as they are), or both `prior` and `state` are given.
         """
         return self._run(recording, prior, state, smooth=False)
 
@@ -214,11 +224,15 @@ class ImuFilter:
         """Estimate every orientation from the whole recording: `run`, then backwards.
 
         Rauch, Tung & Striebel's recursion on the error state, at the filter's updates and interpolated between. Keeps
-        about 1.4 kB for each update (50 a second).
+        about 1.4 kB for each update (50 a second). As in `run`, orientations before the first accelerometer sample are
+        NaN.
         """
         return self._run(recording, prior, None, smooth=True)
 
     def _run(self, recording: ImuRecording, prior: Bingham | None, state: ImuState | None, *, smooth: bool) -> ImuTrack:
+        if not isinstance(recording, ImuRecording):  # pyright: ignore[reportUnnecessaryIsInstance]
+            raise InvalidArgumentError("recording", "an ImuRecording", type(recording).__name__)
+        check_start(prior, state)
         n = recording.size
         force = recording.accelerometer
         if state is not None:
@@ -230,12 +244,9 @@ class ImuFilter:
                 )
             state = state.copy()
         else:
-            known = np.zeros(0) if force is None else np.flatnonzero(np.isfinite(force[:, 0]))
-            if force is None or not len(known):
-                raise InvalidArgumentError(
-                    "recording", "at least one accelerometer sample", "none", "gravity shows where up is"
-                )
-            state = self.start(force[known[0]], prior)
+            state = self.blank()
+        if state.values[at.ALIGNED] == 0.0:
+            state.begin(self.start(_first(force), prior))
         none = np.empty((0, 3))
         updates = 1 + math.ceil(recording.duration_s / self.update_interval) if smooth else 0
         updates = min(updates, n)
@@ -276,7 +287,7 @@ class ImuFilter:
             fixed = (indices, np.array(recording.time), filtered, transitions, corrections, factors, readout)
             smooth_kernel(*fixed, modes, covariances, bias, bias_std)
         return ImuTrack(
-            recording.time, modes, covariances, bias, bias_std, rest, evidence, code, statistic, state, smooth
+            recording.time, modes, covariances, bias, bias_std, rest, evidence, code, statistic, state, smooth, prior
         )
 
 
@@ -284,6 +295,28 @@ MAY_BE_ZERO = {
     "gyroscope_noise", "gyroscope_scale_error", "gyroscope_bias_walk", "accelerometer_noise",
     "accelerometer_scale_error", "gyroscope_delay", "alignment_error",
 }  # fmt: skip
+
+
+def check_start(prior: object, state: object) -> None:
+    """Refuse a prior that is no law and a state that is none."""
+    if prior is not None and not isinstance(prior, Bingham):
+        remedy = "about an orientation q: Bingham.from_covariance(q, covariance, frame=...)"
+        raise InvalidArgumentError("prior", "a Bingham law of the orientation", type(prior).__name__, remedy)
+    if state is not None and not isinstance(state, ImuState):
+        remedy = "ImuState.from_json(text)" if isinstance(state, str) else "track.final, or stream.state"
+        raise InvalidArgumentError("state", "an ImuState", type(state).__name__, remedy)
+
+
+def _first(force: FloatArray | None) -> FloatArray:
+    """Return the first accelerometer sample (3,)."""
+    known = np.zeros(0, dtype=np.int64) if force is None else np.flatnonzero(np.isfinite(force[:, 0]))
+    if force is None or not len(known):
+        raise InvalidArgumentError(
+            "recording", "at least one accelerometer sample", "none", "gravity shows where up is"
+        )
+    if not force[known[0]].any():
+        raise RowError("accelerometer", int(known[0]), "a non-zero first sample", "[0, 0, 0]", FREE_FALL)
+    return force[known[0]]
 
 
 def _least_turn(law: Bingham) -> Bingham:

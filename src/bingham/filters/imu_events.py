@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from bingham.distributions.bingham import Bingham
 from bingham.distributions.uncertainty import frame_required
 from bingham.errors import InvalidArgumentError
-from bingham.filters.imu import ImuFilter
+from bingham.filters.imu import FREE_FALL, ImuFilter, check_start
 from bingham.filters.imu_state import ImuState
 from bingham.filters.imu_track import MAGNETOMETER_CODES, UNIFORM_INCLINATION, UNIFORM_VARIANCE, bounded
 from bingham.filters.tangent import law_of_covariance
@@ -59,6 +59,7 @@ class ImuStream:
     ) -> None:
         if prior is not None and state is not None:
             raise InvalidArgumentError("prior", "None when a state is given", "both")
+        check_start(prior, state)
         self._filter = ImuFilter() if filter is None else filter
         self._parameters = self._filter.parameters
         self._prior = prior
@@ -89,14 +90,12 @@ class ImuStream:
     def accelerometer(self, time: float, force: Sequence[float] | FloatArray) -> None:
         """Take the specific force (3,), m/s², in body axes at `time`, s; see `gyroscope` for errors."""
         x, y, z = _finite("force", force)
+        first = self._state.values[at.ALIGNED] == 0.0
+        if first and x == y == z == 0.0:
+            raise InvalidArgumentError("force", "a non-zero first sample", force, FREE_FALL)
         dt = self._step(ACCELEROMETER, time)
-        if self._state.values[at.ALIGNED] == 0.0:
-            if x == y == z == 0.0:
-                raise InvalidArgumentError("force", "a non-zero first sample", force)
-            seen = self._filter.start([x, y, z], self._prior)
-            for slot in (*range(at.Q, at.Q + 4), at.ALIGNED, at.SWING_POWER):
-                self._state.values[slot] = seen.values[slot]
-            self._state.covariance[:] = seen.covariance
+        if first:
+            self._state.begin(self._filter.start([x, y, z], self._prior))
         accelerate(self._state.values, self._parameters, dt, x, y, z)
 
     def magnetometer(self, time: float, field: Sequence[float] | FloatArray) -> None:
@@ -145,6 +144,8 @@ class ImuStream:
     @property
     def bias_std(self) -> FloatArray:
         """Standard deviations (3,) of the bias, rad/s."""
+        if not self.started:
+            return np.full(3, self._filter.gyroscope_bias)
         return np.sqrt(np.diagonal(self._state.covariance)[6:9])
 
     @property

@@ -43,6 +43,12 @@ class ImuState:
         """Return an independent copy."""
         return ImuState(self.values.copy(), self.covariance.copy(), self.last.copy())
 
+    def begin(self, seen: ImuState) -> None:
+        """Take over what the first accelerometer sample shows (`ImuFilter.start`), in place."""
+        for slot in (*range(at.Q, at.Q + 4), at.ALIGNED, at.SWING_POWER):
+            self.values[slot] = seen.values[slot]
+        self.covariance[:] = seen.covariance
+
     def to_json(self) -> str:
         """Return the state as text; `from_json` restores it bit for bit."""
         return json.dumps({f.name: getattr(self, f.name).tolist() for f in fields(self)})
@@ -59,8 +65,14 @@ class ImuState:
         shapes = {"values": (at.STATE_SIZE,), "covariance": (at.ERROR_SIZE, at.ERROR_SIZE), "last": (3,)}
         try:
             content = json.loads(text)
+        except (ValueError, TypeError) as error:
+            raise InvalidArgumentError("text", "a state written by to_json", f"{error}") from None
+        missing = [name for name in shapes if not isinstance(content, dict) or name not in content]
+        if missing:
+            raise InvalidArgumentError("text", "a state written by to_json", f"JSON without {', '.join(missing)}")
+        try:
             arrays = {name: np.array(content[name], dtype=np.float64) for name in shapes}
-        except (ValueError, TypeError, KeyError) as error:
+        except (ValueError, TypeError) as error:
             raise InvalidArgumentError("text", "a state written by to_json", f"{error}") from None
         for name, shape in shapes.items():
             if arrays[name].shape != shape:

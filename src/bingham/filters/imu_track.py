@@ -30,6 +30,7 @@ MAGNETOMETER_CODES = {
     4: "heading contradicted by the estimate",
     5: "repeats the sample before",
     6: "waits for the next update",
+    7: "before the first accelerometer sample",
 }
 
 # Variance of an angle that is uniform on the circle, rad².
@@ -57,8 +58,9 @@ class ImuTrack:
         Most probable orientation (w, x, y, z), body to world (east, north, up); NaN before the first accelerometer
         sample.
     rotation_covariance : (N, 3, 3) ndarray
-        Covariance of the rotation error, world axes, rad², as the filter states it (`kernels.imu_stated`): the vertical
-        entry of an unknown heading is large. `covariance` is its bounded form.
+        World axes, rad²: the covariance of the rotation error with no bound, as the laws are made of it; an unknown
+        heading has a variance of 20 rad² or more. To read, ``covariance(frame=...)`` is its bounded form. NaN before
+        the first accelerometer sample, like `modes`.
     bias, bias_std : (N, 3) ndarray
         Gyroscope bias and its standard deviations, rad/s, body axes.
     rest : (N,) ndarray of bool
@@ -74,6 +76,8 @@ class ImuTrack:
         State after the last sample, to continue from.
     smoothed : bool
         Whether the estimates use the whole recording.
+    prior : Bingham, optional
+        Law of the orientation before the first accelerometer sample; uniform unless given.
     """
 
     time: FloatArray
@@ -87,6 +91,7 @@ class ImuTrack:
     magnetometer_statistic: FloatArray
     final: ImuState
     smoothed: bool = False
+    prior: Bingham | None = None
 
     def __len__(self) -> int:
         return len(self.time)
@@ -100,16 +105,16 @@ class ImuTrack:
     def laws(self) -> Bingham:
         """Bingham law of every orientation, a batch (N,): narrow, a girdle (heading unknown) or anything between.
 
-        Raises
-        ------
-        InvalidArgumentError
-            If the track begins before the first accelerometer sample.
+        Before the first accelerometer sample it is the prior.
         """
-        if not np.all(np.isfinite(self.modes[0])):
-            raise InvalidArgumentError(
-                "track", "an accelerometer sample at the start", "none yet", "take laws where modes are finite"
-            )
-        return law_of_covariance(self.modes, self.rotation_covariance)
+        known = np.isfinite(self.modes[:, 0])
+        found = law_of_covariance(self.modes[known], self.rotation_covariance[known])
+        if known.all():
+            return found
+        before = Bingham.uniform(4) if self.prior is None else self.prior
+        z, frames = np.tile(before.z, (len(self), 1)), np.tile(before.M, (len(self), 1, 1))
+        z[known], frames[known] = found.z, found.M
+        return Bingham.from_spectrum(z, frames)
 
     @property
     def matrices(self) -> FloatArray:
@@ -127,7 +132,7 @@ class ImuTrack:
         return np.sqrt(np.minimum(self.rotation_covariance[:, 2, 2], UNIFORM_VARIANCE))
 
     def heading_credible_angle(self, p: float) -> FloatArray:
-        """Return α (N,) with P(|heading error| ≤ α) = p, rad: the heading wraps around, α ≤ p π."""
+        """Return α (N,) with P(|heading error| ≤ α) = p, rad: the heading wraps around, α ≤ p π; NaN as `modes`."""
         if not 0.0 < p < 1.0:
             raise InvalidArgumentError("p", "a probability between 0 and 1", p)
         sigma = np.sqrt(self.rotation_covariance[:, 2, 2])
@@ -139,7 +144,7 @@ class ImuTrack:
             narrow = np.sum(ndtr((turns + middle) / sigma) - ndtr((turns - middle) / sigma), axis=0)
             below = np.where(sigma < 4.0, narrow, middle / np.pi) < p
             low, high = np.where(below, middle, low), np.where(below, high, middle)
-        return high
+        return np.where(np.isnan(sigma), np.nan, high)
 
     @property
     def inclination_std(self) -> FloatArray:

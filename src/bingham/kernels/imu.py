@@ -6,7 +6,7 @@ import numpy as np
 
 from bingham.kernels import imu_state as at
 from bingham.kernels.compile import compiled
-from bingham.kernels.imu_field import ABSENT, PENDING, REPEATED
+from bingham.kernels.imu_field import ABSENT, EARLY, PENDING, REPEATED
 from bingham.kernels.imu_samples import accelerate, due, magnetize, output, rotate
 from bingham.kernels.imu_stated import add_readout_error, scales, stated
 from bingham.kernels.imu_update import update
@@ -22,6 +22,7 @@ def run(s, p, par, time, last, gyroscope, accelerometer, magnetometer, modes, co
     time (N,), gyroscope, accelerometer, magnetometer (N, 3), the latter two NaN where there is no sample, or (0, 3);
     last (3,): times of the samples before of each sensor, NaN before the first. Per sample: modes (N, 4), covariances
     (N, 3, 3) of θ (world axes) as stated, bias, bias_std (N, 3), rest (N,), evidence (N,), code (N,), statistic (N,).
+    Before the first accelerometer sample modes and covariances stay as they are given: NaN.
     For the smoother, or empty, per update: indices (E,), filtered (E, 12, 12), transitions (E, 24), corrections
     (E, 12), factors (E, 2) of the stated variances; per sample: readout (N, 3, 3), what is added to them.
 
@@ -64,6 +65,17 @@ def run(s, p, par, time, last, gyroscope, accelerometer, magnetometer, modes, co
             fresh = magnetize(s, magnetometer[t, 0], magnetometer[t, 1], magnetometer[t, 2])
             code[t] = PENDING if fresh else REPEATED
             last[2] = time[t]
+        for i in range(3):
+            bias[t, i] = s[at.BIAS + i]
+            bias_std[t, i] = np.sqrt(p[6 + i, 6 + i])
+        rest[t] = s[at.REST] > 0.0
+        if s[at.ALIGNED] <= 0.0:
+            if code[t] == PENDING:
+                code[t] = EARLY
+            if keep_all:
+                readout[t] = np.nan
+            begin = t + 1
+            continue
         output(s, par, q)
         if keep_all:
             add_readout_error(readout[t], s, par, q)
@@ -71,8 +83,4 @@ def run(s, p, par, time, last, gyroscope, accelerometer, magnetometer, modes, co
             stated(s, p, par, q, covariances[t])
         for i in range(4):
             modes[t, i] = q[i]
-        for i in range(3):
-            bias[t, i] = s[at.BIAS + i]
-            bias_std[t, i] = np.sqrt(p[6 + i, 6 + i])
-        rest[t] = s[at.REST] > 0.0
     return count

@@ -15,7 +15,7 @@ from bingham.kernels.imu_state import scalar_update
 
 __all__ = ["field_update"]
 
-ABSENT, ACCEPTED, STRENGTH, DIP, HEADING, REPEATED, PENDING = 0, 1, 2, 3, 4, 5, 6
+ABSENT, ACCEPTED, STRENGTH, DIP, HEADING, REPEATED, PENDING, EARLY = 0, 1, 2, 3, 4, 5, 6, 7
 
 NEW_FIELD_SMOOTHING = 5.0  # s over which a new field is averaged
 HEADING_LIMIT = 100.0  # a heading ten standard deviations off contradicts the estimate
