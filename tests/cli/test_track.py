@@ -1,4 +1,5 @@
 import json
+import re
 import warnings
 from dataclasses import replace
 
@@ -8,9 +9,10 @@ import pytest
 from bingham import Bingham, BinghamFilter, Gate
 from bingham.cli import track as command
 from bingham.filters.imu import ImuFilter, ImuState
-from bingham.io import read_csv, read_recording, read_track, read_tum
+from bingham.io import read_csv, read_recording, read_track, read_tum, write_npz
 from bingham.models.motion import Diffusion
 from bingham.models.sensors import OrientationSensor
+from bingham.simulate import simulate_imu, simulate_tumbling
 
 KEYS = {"recording", "samples", "duration_s", "wall_s", "us_per_sample", "error_deg"}
 
@@ -255,3 +257,49 @@ def test_a_warning_is_one_line_and_the_track_is_written(bingham, imu, tmp_path):
     assert result.exit_code == 0
     (line,) = result.stderr.splitlines()
     assert line.startswith(f"bingham: warning: {rounded}: rows normalised")
+
+
+@pytest.fixture
+def tumbling():
+    return simulate_imu(simulate_tumbling(20.0, 50.0, rng=0, rest_s=3.0), rng=1)
+
+
+@pytest.mark.parametrize("smooth", [(), ("--smooth",)])
+def test_a_late_accelerometer_begins_the_track_late(bingham, tumbling, tmp_path, smooth):
+    force = np.array(tumbling.accelerometer)
+    force[:100] = np.nan
+    write_npz(tmp_path / "late.npz", replace(tumbling, accelerometer=force))
+    result = bingham("track", tmp_path / "late.npz", *smooth, "--tum", "--json", "-o", tmp_path / "out")
+    assert result.exit_code == 0, result.stderr
+    assert "late: no orientation before the first accelerometer sample: 100 samples, 2 s, left out" in result.stderr
+    track = read_track(tmp_path / "out" / "late.track.npz")
+    np.testing.assert_array_equal(track["time"], tumbling.time[100:])
+    assert np.isfinite(track["modes"]).all() and np.isfinite(track["covariance"]).all()
+    assert json.loads(result.stdout)["error_deg"]["inclination_rmse"] < 3
+
+
+def test_without_an_accelerometer_only_the_plain_filter_runs(bingham, tumbling, tmp_path):
+    write_npz(tmp_path / "gyro.npz", replace(tumbling, accelerometer=None, magnetometer=None))
+    np.savez(tmp_path / "typo.npz", t=tumbling.time, gyr=tumbling.gyroscope, accel=tumbling.accelerometer)
+    given = ("--no-figure", "-o", tmp_path / "out")
+    for name in ("gyro", "typo"):
+        result = bingham("track", tmp_path / f"{name}.npz", *given)
+        assert result.exit_code != 0
+        assert f"expected at least one accelerometer sample, got {name} without one; gravity shows" in result.stderr
+        assert ("typo.npz: unknown fields left out: accel; known: " in result.stderr) == (name == "typo")
+    assert not (tmp_path / "out").exists()
+    write_npz(tmp_path / "empty.npz", replace(tumbling, accelerometer=np.full((tumbling.size, 3), np.nan)))
+    assert "got empty without one" in bingham("track", tmp_path / "empty.npz", *given).stderr
+    result = bingham("track", tmp_path / "gyro.npz", "--plain", *given)
+    assert result.exit_code == 0
+    assert "warning: gyro: no accelerometer: turns are followed from a start that nothing shows" in result.stderr
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_a_magnetometer_mostly_rejected_is_doubted(bingham, tumbling, tmp_path, sign):
+    """Mirrored, its field turns the wrong way."""
+    write_npz(tmp_path / "m.npz", replace(tumbling, magnetometer=np.array(tumbling.magnetometer) * [1.0, 1.0, sign]))
+    result = bingham("track", tmp_path / "m.npz", "--no-figure", "-o", tmp_path / "out")
+    assert result.exit_code == 0
+    said = re.search(r"m: (\d+) % of the magnetometer's samples rejected: .*units, axes and handedness", result.stderr)
+    assert (said is not None) == (sign < 0)

@@ -13,7 +13,6 @@ from bingham.errors import InvalidArgumentError, RecordingError
 
 if TYPE_CHECKING:
     from bingham.cli.result import Result
-    from bingham.recording import ImuRecording, OrientationRecording
 
 __all__ = ["bag_name", "check_bags", "world_covariance", "write_bag"]
 
@@ -51,26 +50,33 @@ def check_bags(recordings: list[Path], output: Path) -> None:
 def write_bag(
     folder: Path,
     path: Path,
-    recording: ImuRecording | OrientationRecording,
+    time: FloatArray,
     result: Result,
     reading: Mapping[str, Any],
     topic: str | None,
 ) -> str:
-    """Write the bag and return its name."""
+    """Write the bag and return its name; of `time` (N,) the track has the last rows, and before there is nothing."""
     from bingham.io import write_rosbag
 
     write_rosbag(
         folder / bag_name(path),
         path,
-        time=recording.time,
-        orientation=result.modes,
-        covariance=world_covariance(result),
-        bias=result.more.get("bias"),
-        bias_std=result.more.get("bias_std"),
+        time=time,
+        orientation=_late(result.modes, len(time)),
+        covariance=_late(world_covariance(result), len(time)),
+        bias=_late(result.more.get("bias"), len(time)),
+        bias_std=_late(result.more.get("bias_std"), len(time)),
         imu_topic=reading.get("imu_topic"),
         topic=topic,
     )
     return bag_name(path)
+
+
+def _late(rows: Any, size: int) -> Any:
+    """Return `size` rows, those before the given ones NaN."""
+    if rows is None:
+        return None
+    return np.concatenate([np.full((size - len(rows), *rows.shape[1:]), np.nan), rows])
 
 
 def world_covariance(result: Result) -> FloatArray:

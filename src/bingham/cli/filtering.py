@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
@@ -9,16 +10,21 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from bingham.errors import InvalidArgumentError
+from bingham.errors import InvalidArgumentError, RecordingWarning
 
 if TYPE_CHECKING:
     from bingham.cli.result import Result
     from bingham.distributions.bingham import Bingham
     from bingham.recording import ImuRecording, OrientationRecording
 
-__all__ = ["FilterOptions", "Prepared", "prepare"]
+__all__ = ["FilterOptions", "Prepared", "begun", "note", "prepare"]
 
 WARM_UP_SAMPLES = 3
+
+
+def note(message: str) -> None:
+    """Warn the user about a recording."""
+    warnings.warn(message, RecordingWarning, stacklevel=3)
 
 
 @dataclass(frozen=True)
@@ -72,13 +78,31 @@ def prepare(recording: ImuRecording | OrientationRecording, options: FilterOptio
 
     if not isinstance(recording, ImuRecording):
         return _orientations(recording, options)
-    if options.plain or recording.accelerometer is None:
+    if options.plain:
         if options.smooth:
-            got = "--plain" if options.plain else f"{recording.name} without one"
-            expected = "the filter with bias" if options.plain else "a recording with an accelerometer"
-            raise InvalidArgumentError("--smooth", expected, got, "leave one of the two out" if options.plain else "")
+            raise InvalidArgumentError("--smooth", "the filter with bias", "--plain", "leave one of the two out")
+        if recording.accelerometer is None:
+            note(f"{recording.name}: no accelerometer: turns are followed from a start that nothing shows")
         return _plain_inertial(recording)
+    if recording.accelerometer is None or not np.isfinite(recording.accelerometer).any():
+        got = f"{recording.name} without one"
+        remedy = "gravity shows where up is; is it called by another name? --plain follows the gyroscope alone"
+        raise InvalidArgumentError("RECORDING", "at least one accelerometer sample", got, remedy)
     return _inertial(recording, options.smooth)
+
+
+def begun(recording: ImuRecording | OrientationRecording, options: FilterOptions) -> Any:
+    """Return the recording from the sample on that the filter can start with: the accelerometer's first."""
+    from bingham.recording import ImuRecording
+
+    if options.plain or not isinstance(recording, ImuRecording) or recording.accelerometer is None:
+        return recording
+    first = int(np.argmax(np.isfinite(recording.accelerometer[:, 0])))
+    if not first:
+        return recording
+    left = f"{first} samples, {recording.time[first] - recording.time[0]:.3g} s, left out"
+    note(f"{recording.name}: no orientation before the first accelerometer sample: {left}")
+    return _rows(recording, slice(first, None), truth=recording.truth)
 
 
 def _inertial(recording: ImuRecording, smooth: bool) -> Prepared:
@@ -102,13 +126,16 @@ def _plain_inertial(recording: ImuRecording) -> Prepared:
 
 def _start(recording: ImuRecording) -> ImuRecording:
     """Return the first samples of a recording, up to one with the accelerometer."""
+    known = np.zeros(1) if recording.accelerometer is None else np.isfinite(recording.accelerometer[:, 0])
+    return _rows(recording, slice(0, max(WARM_UP_SAMPLES, int(np.argmax(known)) + 1)), truth=None)
+
+
+def _rows(recording: ImuRecording, count: slice, truth: OrientationRecording | None) -> ImuRecording:
     from bingham.recording import amended
 
-    known = np.zeros(1) if recording.accelerometer is None else np.isfinite(recording.accelerometer[:, 0])
-    count = slice(0, max(WARM_UP_SAMPLES, int(np.argmax(known)) + 1))
     fields = ("time", "gyroscope", "accelerometer", "magnetometer", "reference", "score")
     values = {name: getattr(recording, name) for name in fields}
-    return amended(recording, truth=None, **{k: None if v is None else v[count] for k, v in values.items()})
+    return amended(recording, truth=truth, **{k: None if v is None else v[count] for k, v in values.items()})
 
 
 def _orientations(recording: OrientationRecording, options: FilterOptions) -> Prepared:

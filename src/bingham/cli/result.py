@@ -20,6 +20,11 @@ FloatArray = NDArray[np.float64]
 
 # Codes of magnetometer samples that an inertial filter refused, not merely had no use for.
 REFUSED = (2, 3, 4)
+JUDGED = (1, *REFUSED)
+
+# Beyond this share of a sensor's samples refused, the sensor or its axes are in question.
+DOUBTFUL_REFUSED = 0.5
+CHECK = "disturbed field? Or check units, axes and handedness of gyroscope and magnetometer"
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,6 +45,8 @@ class Result:
         From "body" or "world" to (T, 3, 3), rad², NaN where undefined; None for axes in the plane.
     more : mapping
         Further arrays for the npz file, the state to go on from among them.
+    doubt : str
+        What so many refused samples of a sensor put in doubt; empty if there are few.
     """
 
     laws: Bingham
@@ -49,6 +56,7 @@ class Result:
     reasons: list[str]
     covariance: Callable[[str], FloatArray] | None
     more: dict[str, Any]
+    doubt: str = ""
 
     @property
     def modes(self) -> FloatArray:
@@ -86,6 +94,9 @@ def of_imu_track(track: ImuTrack) -> Result:
 
     refused = np.isin(track.magnetometer_code, REFUSED)
 
+    share = refused.sum() / max(int(np.isin(track.magnetometer_code, JUDGED).sum()), 1)
+    doubt = f"{100 * share:.0f} % of the magnetometer's samples rejected: {CHECK}"
+
     def covariance(frame: str) -> FloatArray:
         return track.covariance(frame=frame)  # type: ignore[arg-type]
 
@@ -105,4 +116,5 @@ def of_imu_track(track: ImuTrack) -> Result:
             "magnetometer_statistic": track.magnetometer_statistic,
             "state": track.final.to_json(),
         },
+        doubt=doubt if share > DOUBTFUL_REFUSED else "",
     )

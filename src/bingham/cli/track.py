@@ -181,7 +181,7 @@ def track(
 
 def track_one(path: Path, folder: Path, settings: Settings, step: Any) -> dict[str, Any]:
     """Read, filter, compare, write and draw one recording; return what there is to say about it."""
-    from bingham.cli.filtering import prepare
+    from bingham.cli.filtering import begun, note, prepare
     from bingham.cli.output import draw_track, write_track
     from bingham.cli.reading import read
     from bingham.cli.report import errors_deg, truth_of
@@ -189,15 +189,18 @@ def track_one(path: Path, folder: Path, settings: Settings, step: Any) -> dict[s
 
     started = perf_counter()
     step("reading")
-    recording = read(path, settings.format, settings.reading)
-    if settings.tum and isinstance(recording, OrientationRecording) and recording.dim != 4:
+    whole = read(path, settings.format, settings.reading)
+    if settings.tum and isinstance(whole, OrientationRecording) and whole.dim != 4:
         raise InvalidArgumentError("--tum", "orientations in space", f"{path}, axes in the plane", "leave --tum out")
+    recording = begun(whole, settings.filtering)
     step("filtering")
     prepared = prepare(recording, settings.filtering)
     before = thread_time()
     filtered = prepared.run()
     filtered_s = thread_time() - before
     result = prepared.result(filtered)
+    if doubt := result.doubt:
+        note(f"{recording.name}: {doubt}")
     row: dict[str, Any] = {
         "recording": recording.name,
         "samples": recording.size,
@@ -222,7 +225,7 @@ def track_one(path: Path, folder: Path, settings: Settings, step: Any) -> dict[s
     if settings.bag:
         from bingham.cli.bag import write_bag
 
-        row["files"].append(write_bag(folder, path, recording, result, settings.reading, settings.orientation_topic))
+        row["files"].append(write_bag(folder, path, whole.time, result, settings.reading, settings.orientation_topic))
     if settings.figure:
         step("drawing")
         row["files"].append(draw_track(folder, recording, result, truth))

@@ -10,7 +10,7 @@ import numpy as np
 
 from bingham.errors import RecordingError
 from bingham.io.atomic import replaced
-from bingham.io.checks import damaged, existing
+from bingham.io.checks import damaged, existing, note
 from bingham.io.fields import Fields
 from bingham.io.trial import trial
 from bingham.recording import ImuRecording, OrientationRecording
@@ -59,6 +59,9 @@ def read_npz(path: str | Path) -> ImuRecording | OrientationRecording:
         names = {name: f"truth_{name}" for name in ORIENTATION_FIELDS}
         values = _present(fields, ORIENTATION_FIELDS, "truth_")
         truth = fields.build(OrientationRecording, names, name=_text(content, "truth_name"), **values)
+    known = ("format", "name", "earth_frame", "truth_name", *IMU_FIELDS, *(f"truth_{n}" for n in ORIENTATION_FIELDS))
+    if unknown := [name for name in content if name not in known]:
+        note(f"{path}: unknown fields left out: {', '.join(unknown)}; known: {' '.join(IMU_FIELDS)}")
     values = _present(fields, IMU_FIELDS)
     about = {"name": _text(content, "name"), "earth_frame": _text(content, "earth_frame"), "truth": truth}
     return fields.build(ImuRecording, {}, **about, **values)

@@ -185,11 +185,11 @@ def read_track(path: str | Path) -> dict[str, Any]:
     kind = str(content.pop("format", "absent"))
     if kind != TRACK or not {"time", "modes"} <= content.keys():
         raise RecordingError(path, "field format", f"is {kind!r}", f"a track has {TRACK!r}, time and modes")
-    # A track is a recording of its modes and obeys the same rules; rows of NaN are times before the first estimate.
+    # A track is a recording of its modes and obeys the same rules; it may begin before its first estimate.
     names = {"orientation": "modes"}
     modes = np.array(content["modes"])
     if modes.ndim == 2 and modes.dtype.kind == "f":
-        modes[np.isnan(modes).all(axis=1)] = np.eye(1, modes.shape[1])
+        modes[: int(np.argmin(np.isnan(modes).all(axis=1)))] = np.eye(1, modes.shape[1])
     Fields(path, content).build(OrientationRecording, names, time=content["time"], orientation=modes)
     for name in PER_STEP & content.keys():
         if content[name].shape[:1] != content["time"].shape:

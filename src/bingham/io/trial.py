@@ -22,12 +22,14 @@ from typing import Any
 import numpy as np
 
 from bingham.errors import RecordingError
-from bingham.io.checks import normalised
+from bingham.io.checks import normalised, note
 from bingham.io.fields import Fields
 from bingham.recording import ImuRecording, OrientationRecording
 
 __all__ = ["trial"]
 
+IMU_FIELDS = ("rate", "t", "gyr", "acc", "mag", "ref_i16", "score", "mocap_t", "mocap_quat", "mocap_pos")
+OTHERS = ("phone_i16",)  # what a phone made of its own sensors
 INT16_UNIT = 32767
 INT16_ROUNDING = 1e-4  # √4 · ½ / 32767 = 3.1e-5 at worst
 
@@ -42,6 +44,8 @@ def trial(path: Path, content: Mapping[str, Any]) -> ImuRecording | OrientationR
     """
     fields = Fields(path, content)
     if "gyr" in content:
+        if unknown := [name for name in content if name not in (*IMU_FIELDS, *OTHERS)]:
+            note(f"{path}: unknown fields left out: {', '.join(unknown)}; known: {' '.join(IMU_FIELDS)}")
         return _imu(fields)
     if "meas" in content:
         return _measured(fields)
