@@ -4,15 +4,17 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from bingham import Bingham, BinghamFilter
+from bingham import Bingham, BinghamFilter, BinghamMixture
 from bingham.models.motion import Diffusion
 from bingham.models.sensors import OrientationSensor
 from bingham.plot.axes import equal_area, plot_fit
+from bingham.plot.mixture import plot_mixture
 from bingham.plot.planar_track import plot_planar_track
 from bingham.plot.sphere import project
 from bingham.plot.style import stride, unbroken
 from bingham.plot.track import _half_widths, _yaw_pitch_roll, plot_track
 from bingham.plot.tuning import plot_profiles
+from bingham.rotations import from_rotation_vector, to_rotation
 
 
 def test_equal_area_keeps_areas_and_directions():
@@ -162,3 +164,45 @@ def test_profiles_show_the_interval_and_legible_ticks():
         boxes = [label.get_window_extent() for label in axes.get_xticklabels() if label.get_text()]
         assert len(boxes) > 2
         assert not any(a.overlaps(b) for a, b in itertools.pairwise(boxes))
+
+
+def test_errors_beyond_the_panel_are_marked_and_the_farthest_is_told():
+    time = np.arange(400) / 20
+    modes = np.tile([1.0, 0.0, 0.0, 0.0], (400, 1))
+    modes[200] = from_rotation_vector([0.0, 0.0, np.radians(-20.0)])
+    laws = Bingham.from_covariance(modes, 1e-4 * np.eye(3), frame="body")
+    _, heading, inclination, _ = plot_track(time, laws, truth=np.tile([1.0, 0.0, 0.0, 0.0], (400, 1))).axes
+    assert "error, up to 20° (▾ beyond the panel)" in heading.get_legend_handles_labels()[1]
+    assert "error" in inclination.get_legend_handles_labels()[1]
+    (mark,) = [line for line in heading.lines if line.get_marker() == "v" and len(line.get_xdata())]
+    assert mark.get_xdata().tolist() == [10.0]
+    assert heading.get_ylim()[0] < mark.get_ydata()[0] < 0.95 * heading.get_ylim()[0]
+
+
+def test_a_density_that_is_not_to_be_used_says_so_over_its_panel():
+    values = np.linspace(0.9, 1.1, 5)
+    profiles = dict.fromkeys(("gyroscope", "accelerometer"), (values, -500.0 * (values - 1.0) ** 2))
+    units = dict.fromkeys(profiles, "unit")
+    doubts = {"gyroscope": "884 times the scatter from sample to sample: motion or disturbances, not noise"}
+    marked, clean = plot_profiles(profiles, units=units, doubts=doubts).axes
+    assert marked.get_title().replace("\n", " ") == "not to be used: " + doubts["gyroscope"]
+    assert clean.get_title() == ""
+
+
+def test_labels_of_modes_that_nearly_coincide_lie_apart():
+    frame = np.eye(3)
+    tilted = from_rotation_vector([0.02, 0.0, 0.0])
+    laws = Bingham([[-90.0, -9.0, 0.0], [-5.0, -4.0, 0.0]], [frame, to_rotation(tilted).as_matrix() @ frame])
+    mixture = BinghamMixture([0.5, 0.5], laws)
+    figure = plot_mixture(mixture.rvs(50, rng=1), mixture)
+    figure.canvas.draw()
+    one, two = (t.get_window_extent() for t in figure.axes[1].texts if t.get_text() in ("1", "2"))
+    assert not one.overlaps(two)
+    assert {"+y", "+x", "−y", "−x"} <= {t.get_text() for t in figure.axes[1].texts}
+    assert "hemisphere −z" in figure.axes[1].get_title()
+
+
+def test_axes_without_names_are_drawn_as_x_y_z():
+    law = Bingham([-9.0, -3.0, 0.0], np.eye(3))
+    axes = plot_fit(law.rvs(30, rng=1), law).axes[0]
+    assert "hemisphere −z" in axes.get_title()

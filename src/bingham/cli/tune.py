@@ -87,7 +87,9 @@ def tune(
         profiles = {name: tuning.profile(name) for name in tuning.relative_error}
         with staged(output) as folder:
             name = f"{loaded.name}.tune.png"
-            plot_profiles(profiles, units=UNITS, title=loaded.name).savefig(folder / name, dpi=150)
+            plot_profiles(profiles, units=UNITS, doubts=tuning.doubts, title=loaded.name).savefig(
+                folder / name, dpi=150
+            )
         row["files"] = [str(output / name)]
     if as_json:
         typer.echo(json.dumps(row, indent=2, ensure_ascii=False))

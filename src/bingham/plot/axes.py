@@ -68,12 +68,13 @@ def equal_area(v: FloatArray) -> FloatArray:
 
 def draw_density_map(
     axes: Any, density: Callable[[FloatArray], FloatArray], names: tuple[str, ...]
-) -> tuple[bool, FloatArray]:
-    """Draw a density (n, 3) → (n,) on the map of `equal_area`, and its edge.
+) -> tuple[FloatArray, str]:
+    """Draw a density (n, 3) → (n,) on the map of `equal_area`, its edge and what lies there.
 
-    Returns whether the names are geographic, and the matrix (3, 3) that turns vectors to the map's (n, e, d): other
-    frames are drawn as seen from above, first component right, second up, third towards the reader.
+    Returns the matrix (3, 3) that turns vectors to the map's (n, e, d), and the name of the hemisphere: other frames
+    than the geographic one are drawn as seen from above, first component right, second up, third towards the reader.
     """
+    names = names if len(names) == 3 else ("x", "y", "z")
     geographic = names == ("n", "e", "d")
     turn = np.eye(3) if geographic else np.array([[0.0, 1, 0], [1, 0, 0], [0, 0, -1]])
     grid = np.linspace(-1, 1, 301)
@@ -87,17 +88,17 @@ def draw_density_map(
     axes.contourf(east, north, shade, levels=12, cmap="Blues", alpha=0.45, antialiased=True)
     edge = np.linspace(0.0, 2 * np.pi, 361)
     axes.plot(np.cos(edge), np.sin(edge), color=INK, lw=1.0)
-    return geographic, turn
-
-
-def _draw_hemisphere(figure: Any, x: FloatArray, law: Bingham, names: tuple[str, ...]) -> None:
-    axes = figure.subplots()
-    geographic, turn = draw_density_map(axes, law.pdf, names)
     labels = "NESW" if geographic else (f"+{names[1]}", f"+{names[0]}", f"−{names[1]}", f"−{names[0]}")
     for k, label in enumerate(labels):
         tick = np.array([np.sin(k * np.pi / 2), np.cos(k * np.pi / 2)])
         axes.plot(*np.outer(tick, [1.0, 1.03]), color=INK, lw=1.0)
-        axes.text(*(1.1 * tick), label, ha="center", va="center", color=INK)
+        axes.text(*(1.12 * tick), label, ha="center", va="center", color=INK)
+    return turn, "lower hemisphere" if geographic else f"hemisphere −{names[2]}"
+
+
+def _draw_hemisphere(figure: Any, x: FloatArray, law: Bingham, names: tuple[str, ...]) -> None:
+    axes = figure.subplots()
+    turn, view = draw_density_map(axes, law.pdf, names)
     axes.plot(*equal_area(x @ turn.T).T, "o", color=DATA, ms=3.5, alpha=0.6, mew=0, label=f"{len(x)} axes")
     pole, middle, mode = law.M.T @ turn.T
     edge = np.linspace(0.0, 2 * np.pi, 361)
@@ -112,7 +113,6 @@ def _draw_hemisphere(figure: Any, x: FloatArray, law: Bingham, names: tuple[str,
     axes.plot(*equal_area(mode), "*", color=MODE, ms=9, label="mode, 95 % confidence")
     axes.set(aspect="equal", xlim=(-1.2, 1.2), ylim=(-1.2, 1.2))
     axes.set_axis_off()
-    view = "lower hemisphere" if geographic else f"hemisphere −{names[2]}" if names else "hemisphere"
     axes.set_title(f"equal area, {view}; shade: fitted density", fontsize=9)
     figure.legend(loc="outside lower center", ncols=3, fontsize=8, frameon=False)
 

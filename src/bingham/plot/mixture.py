@@ -91,16 +91,27 @@ def _draw_axes(figure: Any, x: FloatArray, label: Any, mixture: BinghamMixture, 
     shades = np.array([colour(int(k)) for k in np.concatenate([label, label])])
     left.scatter(u[front], v[front], s=4, c=shades[front], lw=0, alpha=0.6)
     left.set_title("seen from afar; shade: root of the density", fontsize=9)
-    geographic, turn = draw_density_map(right, lambda v: np.sqrt(mixture.pdf(v)), names)
+    turn, view = draw_density_map(right, lambda v: np.sqrt(mixture.pdf(v)), names)
     right.scatter(*equal_area(x @ turn.T).T, s=4, c=[colour(int(k)) for k in label], lw=0, alpha=0.6)
-    for k, mode in enumerate(mixture.components.mode):
-        east_k, north_k = equal_area(turn @ mode)
-        right.plot(east_k, north_k, "*", color=colour(k), mec=INK, ms=12)
-        right.annotate(str(k + 1), (east_k, north_k), xytext=(5, 5), textcoords="offset points", color=INK)
-    right.set(aspect="equal", xlim=(-1.1, 1.1), ylim=(-1.1, 1.1))
+    stars = equal_area(mixture.components.mode @ turn.T)
+    for k, (star, aside) in enumerate(zip(stars, _apart(stars), strict=True)):
+        right.plot(*star, "*", color=colour(k), mec=INK, mew=0.6, ms=9)
+        halo = {"boxstyle": "round,pad=0.1", "fc": "white", "ec": "none", "alpha": 0.7}
+        line = {"arrowstyle": "-", "color": INK, "lw": 0.6, "shrinkA": 0, "shrinkB": 3}
+        place = {"textcoords": "offset points", "ha": "center", "va": "center", "bbox": halo, "arrowprops": line}
+        right.annotate(str(k + 1), star, xytext=16 * aside, color=INK, **place)
+    right.set(aspect="equal", xlim=(-1.2, 1.2), ylim=(-1.2, 1.2))
     right.set_axis_off()
-    view = "lower hemisphere, north up" if geographic else "first component right, second up"
     right.set_title(f"equal area, {view}; stars: modes", fontsize=9)
+
+
+def _apart(points: FloatArray) -> FloatArray:
+    """Return unit directions (k, 2) that lead from each point away from the others, the near ones above all."""
+    gap = points[:, None] - points
+    square = np.sum(gap**2, axis=-1)
+    push = np.sum(gap / np.maximum(square, 1e-12)[..., None], axis=1)
+    push[np.linalg.norm(push, axis=1) < 1e-9] = [1.0, 1.0]
+    return push / np.linalg.norm(push, axis=1, keepdims=True)
 
 
 def _draw_rotations(figure: Any, x: FloatArray, label: Any, mixture: BinghamMixture, names: tuple[str, ...]) -> None:

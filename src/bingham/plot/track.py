@@ -176,21 +176,36 @@ def _draw_errors(
 ) -> None:
     """Signed heading error in its band, size of the inclination error under its bound, measurements behind."""
     across, around = _half_widths(covariance)
+    tilt = np.hypot(error[:, 0], error[:, 1])
+    most, steepest = _limit(np.abs(error[:, 2]), across), _limit(tilt, around)
     if raw is not None:
-        heading.plot(t, raw[:, 2], ".", color=PALE, ms=2, label="measured")
-        inclination.plot(t, np.hypot(raw[:, 0], raw[:, 1]), ".", color=PALE, ms=2, label="measured")
+        _draw_clipped(heading, t, raw[:, 2], most, PALE, "measured", marker=".", ms=2, ls="")
+        _draw_clipped(
+            inclination, t, np.hypot(raw[:, 0], raw[:, 1]), steepest, PALE, "measured", marker=".", ms=2, ls=""
+        )
     # The bands lie above the errors, whose restless lines would hide them.
     shade: dict[str, Any] = {"color": OVERLAY, "alpha": 0.4, "lw": 0, "zorder": 3}
     heading.fill_between(t, -across, across, **shade, label=_label(across))
     inclination.fill_between(t, 0, around, **shade, label=_label(around))
-    tilt = np.hypot(error[:, 0], error[:, 1])
-    heading.plot(t, error[:, 2], color=AXIS_COLOURS[2], lw=0.7, label="error")
-    inclination.plot(t, tilt, color=AXIS_COLOURS[0], lw=0.7, label="error")
-    most = _limit(np.abs(error[:, 2]), across)
+    _draw_clipped(heading, t, error[:, 2], most, AXIS_COLOURS[2], "error", lw=0.7)
+    _draw_clipped(inclination, t, tilt, steepest, AXIS_COLOURS[0], "error", lw=0.7)
     heading.set(ylabel="heading error [°]", ylim=(-most, most))
-    inclination.set(ylabel="inclination error [°]", ylim=(0, _limit(tilt, around)))
+    inclination.set(ylabel="inclination error [°]", ylim=(0, steepest))
     for axes, width in ((heading, across), (inclination, around)):
         _say_unknown(axes, width)
+
+
+def _draw_clipped(
+    axes: Any, t: FloatArray, value: FloatArray, limit: float, colour: str, label: str, **style: Any
+) -> None:
+    """Draw values, triangles at the panel's edge for those beyond ±limit, and say how far the farthest one is."""
+    above, below = value > limit, value < -limit
+    if above.any() or below.any():
+        marks = "▴" * bool(above.any()) + "▾" * bool(below.any())
+        label += f", up to {np.nanmax(np.abs(value)):.3g}° ({marks} beyond the panel)"
+    axes.plot(t, value, color=colour, label=label, **style)
+    for side, edge, marker in ((above, limit, "^"), (below, -limit, "v")):
+        axes.plot(t[side], np.full(int(side.sum()), 0.96 * edge), marker, color=colour, ms=3, mew=0, zorder=4)
 
 
 def _label(half_deg: FloatArray) -> str:
