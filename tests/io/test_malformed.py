@@ -236,6 +236,31 @@ def test_binary(tmp_path, read, name, save, content, main, other, quaternion):
         refused(read, file, "", "not a readable npz")
 
 
+LONG = {"t": "time", "gyr": "gyroscope", "acc": "accelerometer", "mag": "magnetometer"}
+
+
+@pytest.mark.parametrize("content", [plain, trajectory, lambda: inertial_arrays()])
+@pytest.mark.filterwarnings("error::bingham.io.RecordingWarning")
+def test_arrays_have_short_and_long_names(tmp_path, same, content):
+    file = tmp_path / "x.npz"
+    save_npz(file, content())
+    short = read_npz(file)
+    save_npz(file, {LONG.get(name, name): value for name, value in content().items()})
+    same(read_npz(file), short)
+    save_npz(file, {LONG.get(name, name): value for name, value in content().items()} | {"time": np.zeros(6)})
+    refused(read_npz, file, "field time, index 1", "strictly increasing")
+
+
+def inertial_arrays():
+    rng = np.random.default_rng(1)
+    return {"t": np.arange(6) / 100} | {name: rng.standard_normal((6, 3)) for name in ("gyr", "acc", "mag")}
+
+
+def test_arrays_without_times_name_both_ways_to_give_them(tmp_path):
+    save_npz(tmp_path / "x.npz", {name: value for name, value in inertial_arrays().items() if name != "t"})
+    refused(read_npz, tmp_path / "x.npz", "field t or rate", "is missing; give times, s, or the sampling rate")
+
+
 @pytest.mark.parametrize("content", [plain, trajectory])
 def test_times_of_archives(tmp_path, content):
     file = tmp_path / "x.npz"
