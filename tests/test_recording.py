@@ -3,12 +3,13 @@
 import dataclasses
 import re
 import warnings
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from bingham import Bingham, BinghamFilter, Diffusion
-from bingham.errors import InvalidArgumentError
+from bingham.errors import InvalidArgumentError, RecordingWarning
 from bingham.recording import ImuRecording, OrientationRecording
 
 NAN = np.nan
@@ -136,6 +137,13 @@ def doubted(time=0.01, rate=0.1, force=9.81, rows=100):
         ({"time": 10.0}, r"x: time: usually 10 s between samples.* Multiply by 1e-3"),
         ({"time": 1.0}, r"x: time: usually 1 s between samples"),
         ({"force": 1.0}, r"x: accelerometer: usually 1 m/s².* is it in g\? Multiply by 9\.80665"),
+        (
+            {"force": 0.0},
+            r"x: accelerometer: usually 0 m/s².*: another unit, or another sensor's\? Check the order: time",
+        ),
+        ({"force": 50.0}, r"x: accelerometer: usually 50 m/s².*: another unit, or another sensor's\? Check the order"),
+        ({"rate": 9.8}, r"x: gyroscope: usually 9\.8 rad/s, the number of gravity .*accelerometer's\? Check the order"),
+        ({"rate": 45.0}, r"x: gyroscope: up to 45 rad/s, 7 turns a second: degrees/s\? Multiply by π/180"),
         ({"rate": 250.0}, r"x: gyroscope: up to 250 rad/s, 40 turns a second: degrees/s\? Multiply by π/180"),
     ],
 )
@@ -149,10 +157,8 @@ def test_numbers_in_other_units_are_doubted(values, message):
     [
         {},
         {"rate": 0.0},
-        {"force": 0.0},  # free fall
         {"force": np.where(np.arange(100) < 40, 0.0, 9.81)},
-        {"force": 1.62},  # at rest on the Moon
-        {"force": 30.0, "rate": 60.0},
+        {"force": 16.0, "rate": 35.0},
         {"time": 0.1},
         {"rows": 1, "time": 5.0},
     ],
@@ -164,7 +170,27 @@ def test_numbers_in_si_units_are_not_doubted(values):
 def test_more_than_half_a_turn_between_seldom_samples_is_refused():
     with pytest.raises(InvalidArgumentError, match=r"time: .* less than half a turn.*10 s with 10 rad.*1e-3"):
         doubted(time=10.0, rate=1.0)
-    assert doubted(time=0.1, rate=60.0) == []  # fast, but no sign of milliseconds
+    assert doubted(time=0.1, rate=39.0) == []  # fast, but no sign of milliseconds
+
+
+def test_swapped_sensors_are_doubted():
+    t, gyroscope, force = 0.01 * np.arange(100), np.full((100, 3), 0.3), np.tile([0.0, 0.0, 9.81], (100, 1))
+    field = np.tile([0.0, 20.0, -45.0], (100, 1))
+    for swapped, named in (((force, gyroscope, field), "gyroscope"), ((gyroscope, field, force), "accelerometer")):
+        with pytest.warns(RecordingWarning, match=f"x: {named}: usually .* Check the order: time, gyroscope"):
+            ImuRecording("x", t, *swapped)
+
+
+@pytest.mark.parametrize("folder", ["broad", "smartphone", "tumvi"])
+def test_no_recording_of_a_real_sensor_is_doubted(folder):
+    files = sorted((Path(__file__).resolve().parents[1] / "../shared/data" / folder).glob("*.npz"))
+    if not files:
+        pytest.skip("no recordings beside the project")
+    for file in files:
+        with np.load(file) as content, warnings.catch_warnings():
+            warnings.simplefilter("error", RecordingWarning)
+            time = np.arange(len(content["gyr"])) / content["rate"]
+            ImuRecording(file.stem, time, content["gyr"], content["acc"], content.get("mag"))
 
 
 @pytest.mark.filterwarnings("ignore:x. time. usually 1 s:bingham.errors.RecordingWarning")

@@ -30,10 +30,15 @@ LONG_STEP = 1e5
 LONG_GYROSCOPE_STEP = 100.0
 # s between samples of a gyroscope: few are read so seldom, and milliseconds look so at up to 1 kHz.
 SELDOM = 1.0
-# m/s²; a resting accelerometer that reads in g shows 1, one in free fall 0 in any unit.
+# m/s²; a resting accelerometer that reads in g shows 1.
 IN_G = (0.5, 1.5)
-# rad/s; sensors for bodies end at 35 to 70, numbers of moving ones in degrees/s are beyond 100.
-TOO_FAST = 100.0
+# m/s²; what an accelerometer usually shows on Earth lies between, also one on a runner.
+USUAL_FORCE = (5.0, 20.0)
+# rad/s; a rate that is usually that of gravity in m/s² may be an accelerometer's.
+LIKE_GRAVITY = (9.4, 10.2)
+# rad/s; usual sensors for bodies end at 2000 degrees/s, which is 35, and few go further.
+TOO_FAST = 40.0
+SWAPPED = "Check the order: time, gyroscope, accelerometer, magnetometer"
 
 
 class RowError(InvalidArgumentError):
@@ -198,7 +203,7 @@ class ImuRecording:
     Warns
     -----
     RecordingWarning
-        If the numbers look like milliseconds, multiples of g or degrees/s; they are taken as they are.
+        If the numbers look like milliseconds, multiples of g, degrees/s or another sensor's; they are taken as is.
 
     Examples
     --------
@@ -271,7 +276,7 @@ def amended(recording: Recording, **fields: Any) -> Recording:
 
 
 class Doubt(NamedTuple):
-    """A quantity whose numbers look as if they were in another unit."""
+    """A quantity whose numbers look as if they were in another unit, or another sensor's (`unit` is empty then)."""
 
     quantity: str
     question: str
@@ -280,7 +285,7 @@ class Doubt(NamedTuple):
 
 
 def doubts(recording: ImuRecording) -> list[Doubt]:
-    """Return which numbers look like milliseconds, multiples of g and degrees per second."""
+    """Return which numbers look like milliseconds, multiples of g, degrees per second and other sensors'."""
     found: list[Doubt] = []
     if (step := _usual_step(recording)) >= SELDOM:
         question = f"usually {step:.4g} s between samples of a gyroscope: is it in milliseconds?"
@@ -291,7 +296,14 @@ def doubts(recording: ImuRecording) -> list[Doubt]:
         if IN_G[0] < usual < IN_G[1]:
             question = f"usually {usual:.3g} m/s², where gravity alone is 9.81: is it in g?"
             found.append(Doubt("accelerometer", question, "g", "Multiply by 9.80665"))
-    fastest = float(np.quantile(np.linalg.norm(recording.gyroscope, axis=1), 0.99))
+        elif not USUAL_FORCE[0] < usual < USUAL_FORCE[1]:
+            question = f"usually {usual:.3g} m/s², where gravity alone is 9.81: another unit, or another sensor's?"
+            found.append(Doubt("accelerometer", question, "", SWAPPED))
+    rate = np.linalg.norm(recording.gyroscope, axis=1)
+    usual, fastest = float(np.median(rate)), float(np.quantile(rate, 0.99))
+    if LIKE_GRAVITY[0] < usual < LIKE_GRAVITY[1]:
+        question = f"usually {usual:.3g} rad/s, the number of gravity in m/s²: the accelerometer's?"
+        found.append(Doubt("gyroscope", question, "", SWAPPED))
     if fastest > TOO_FAST:
         question = f"up to {fastest:.3g} rad/s, {fastest / 2 / np.pi:.0f} turns a second: degrees/s?"
         found.append(Doubt("gyroscope", question, "deg_s", "Multiply by π/180"))

@@ -35,7 +35,7 @@ def imu():
         "imu",
         1.7e9 + np.cumsum(rng.uniform(0.002, 0.01, n)),
         rng.standard_normal((n, 3)),
-        accelerometer=rng.standard_normal((n, 3)),
+        accelerometer=6.0 * rng.standard_normal((n, 3)),
         magnetometer=magnetometer,
         reference=reference,
         score=rng.random(n) < 0.5,

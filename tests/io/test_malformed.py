@@ -451,5 +451,5 @@ def test_a_motion_that_milliseconds_hide_is_refused(tmp_path):
 def test_numbers_in_si_units_are_not_doubted(tmp_path):
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        for values in ({}, {"accelerometer": 3.7}, {"accelerometer": 30.0}, {"gyroscope": 60.0}):
+        for values in ({}, {"accelerometer": 6.0}, {"accelerometer": 19.0}, {"gyroscope": 35.0}):
             read_csv(inertial(tmp_path, **values))

@@ -81,7 +81,7 @@ def build_of_units(kind: type[R], path: Path, place: Place, fields: Mapping[str,
         raise RecordingError(path, "", str(error), "check that the file is complete") from None
     if isinstance(recording, ImuRecording):
         for doubt in doubts(recording):
-            remedy = _state(doubt.quantity, doubt.unit) if units else doubt.remedy
+            remedy = _state(doubt.quantity, doubt.unit) if units and doubt.unit else doubt.remedy
             note(f"{path}: {doubt.quantity}: {doubt.question} {remedy}")
     return recording
 
