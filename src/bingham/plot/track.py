@@ -52,6 +52,8 @@ def plot_track(
 ) -> Any:
     """Draw a track of rotations.
 
+    Triangles at the edge of a panel of errors stand for values beyond it; the legend tells the farthest one.
+
     Parameters
     ----------
     time : (T,) ndarray
@@ -71,16 +73,17 @@ def plot_track(
     title : str
         Heading.
     note : str
-        What to say above the panel of the heading.
+        What to say in the panel of the heading.
 
     Returns
     -------
     matplotlib.figure.Figure
         Save it with ``savefig``.
     """
-    # Thinned before anything is computed: no screen has more columns.
+    # Thinned before what is costly is computed: no screen has more columns. Errors are not: no peak may be lost.
     kept = stride(len(time))
     seconds, label = since_start(time)
+    modes = laws.mode
     t, laws = seconds[kept], laws[kept]
     if covariance is None:
         covariance = laws.covariance(frame="world", undefined="nan")
@@ -94,13 +97,14 @@ def plot_track(
     if truth is None:
         _draw_widths(heading, inclination, t, covariance)
     else:
-        raw = None if measured is None else _error_deg(measured[kept], truth[kept])
-        _draw_errors(heading, inclination, t, _error_deg(laws.mode, truth[kept]), covariance, raw)
+        raw = None if measured is None else _error_deg(measured, truth)
+        _draw_errors(heading, inclination, seconds, kept, _error_deg(modes, truth), covariance, raw)
         for axes in (heading, inclination):
             if scored is not None:
                 shade_unscored(axes, t, scored[kept])
             legend_above(axes)
-    heading.set_title(note, loc="left", fontsize=8)
+    if note:
+        _say(heading, note, 0.05, "bottom")
     inclination.set(xlabel=label, xlim=(t[0], t[-1]))
     _draw_cloud(figure.add_subplot(grid[:, 1]), laws, world)
     figure.suptitle(title, fontsize=11)
@@ -172,23 +176,29 @@ def _draw_widths(heading: Any, inclination: Any, t: FloatArray, covariance: Floa
 
 
 def _draw_errors(
-    heading: Any, inclination: Any, t: FloatArray, error: FloatArray, covariance: FloatArray, raw: FloatArray | None
+    heading: Any,
+    inclination: Any,
+    t: FloatArray,
+    kept: slice,
+    error: FloatArray,
+    covariance: FloatArray,
+    raw: FloatArray | None,
 ) -> None:
     """Signed heading error in its band, size of the inclination error under its bound, measurements behind."""
     across, around = _half_widths(covariance)
     tilt = np.hypot(error[:, 0], error[:, 1])
     most, steepest = _limit(np.abs(error[:, 2]), across), _limit(tilt, around)
     if raw is not None:
-        _draw_clipped(heading, t, raw[:, 2], most, PALE, "measured", marker=".", ms=2, ls="")
+        _draw_clipped(heading, t, kept, raw[:, 2], most, PALE, "measured", marker=".", ms=2, ls="")
         _draw_clipped(
-            inclination, t, np.hypot(raw[:, 0], raw[:, 1]), steepest, PALE, "measured", marker=".", ms=2, ls=""
+            inclination, t, kept, np.hypot(raw[:, 0], raw[:, 1]), steepest, PALE, "measured", marker=".", ms=2, ls=""
         )
     # The bands lie above the errors, whose restless lines would hide them.
     shade: dict[str, Any] = {"color": OVERLAY, "alpha": 0.4, "lw": 0, "zorder": 3}
-    heading.fill_between(t, -across, across, **shade, label=_label(across))
-    inclination.fill_between(t, 0, around, **shade, label=_label(around))
-    _draw_clipped(heading, t, error[:, 2], most, AXIS_COLOURS[2], "error", lw=0.7)
-    _draw_clipped(inclination, t, tilt, steepest, AXIS_COLOURS[0], "error", lw=0.7)
+    heading.fill_between(t[kept], -across, across, **shade, label=_label(across))
+    inclination.fill_between(t[kept], 0, around, **shade, label=_label(around))
+    _draw_clipped(heading, t, kept, error[:, 2], most, AXIS_COLOURS[2], "error", lw=0.7)
+    _draw_clipped(inclination, t, kept, tilt, steepest, AXIS_COLOURS[0], "error", lw=0.7)
     heading.set(ylabel="heading error [°]", ylim=(-most, most))
     inclination.set(ylabel="inclination error [°]", ylim=(0, steepest))
     for axes, width in ((heading, across), (inclination, around)):
@@ -196,14 +206,14 @@ def _draw_errors(
 
 
 def _draw_clipped(
-    axes: Any, t: FloatArray, value: FloatArray, limit: float, colour: str, label: str, **style: Any
+    axes: Any, t: FloatArray, kept: slice, value: FloatArray, limit: float, colour: str, label: str, **style: Any
 ) -> None:
-    """Draw values, triangles at the panel's edge for those beyond ±limit, and say how far the farthest one is."""
+    """Draw the values kept, triangles at the edge for all beyond ±limit, and tell the farthest one."""
     above, below = value > limit, value < -limit
     if above.any() or below.any():
         marks = "▴" * bool(above.any()) + "▾" * bool(below.any())
-        label += f", up to {np.nanmax(np.abs(value)):.3g}° ({marks} beyond the panel)"
-    axes.plot(t, value, color=colour, label=label, **style)
+        label += f", up to {np.nanmax(np.abs(value)):.3g}° {marks}"
+    axes.plot(t[kept], value[kept], color=colour, label=label, **style)
     for side, edge, marker in ((above, limit, "^"), (below, -limit, "v")):
         axes.plot(t[side], np.full(int(side.sum()), 0.96 * edge), marker, color=colour, ms=3, mew=0, zorder=4)
 
@@ -215,9 +225,12 @@ def _label(half_deg: FloatArray) -> str:
 def _say_unknown(axes: Any, half_deg: FloatArray) -> None:
     """Write into a panel without a band why it has none."""
     if not np.isfinite(half_deg).any():
-        at = {"transform": axes.transAxes, "ha": "left", "va": "top", "fontsize": 9, "color": INK}
-        behind = {"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 1.0}
-        axes.text(0.01, 0.95, "nothing is known: the 95 % band is the whole circle", bbox=behind, **at)
+        _say(axes, "nothing is known: the 95 % band is the whole circle", 0.95, "top")
+
+
+def _say(axes: Any, words: str, height: float, side: str) -> None:
+    at = {"transform": axes.transAxes, "ha": "left", "va": side, "fontsize": 8, "color": INK, "zorder": 5}
+    axes.text(0.01, height, words, bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 1.0}, **at)
 
 
 def _limit(*values: FloatArray) -> float:
