@@ -253,7 +253,7 @@ class ImuFilter:
         store = (
             np.zeros(updates, dtype=np.int64),
             np.zeros((updates, 12, 12)),
-            np.zeros((updates, 24)),
+            np.zeros((updates, 26)),
             np.zeros((updates, 12)),
             np.zeros((updates, 2)),
         )

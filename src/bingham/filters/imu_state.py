@@ -22,7 +22,7 @@ class ImuState:
 
     Attributes
     ----------
-    values : (91,) ndarray
+    values : (94,) ndarray
         State vector, see `kernels.imu_state`.
     covariance : (12, 12) ndarray
         Covariance of the errors of orientation, velocity, gyroscope bias and accelerometer bias.

@@ -12,6 +12,7 @@ from bingham.distributions.bingham import Bingham
 from bingham.errors import InvalidArgumentError
 from bingham.filters.gate import Gate
 from bingham.filters.track import Track
+from bingham.kernels.gap import PACE_STATE, bridge_gaps
 from bingham.kernels.inertial import run_inertial
 from bingham.kernels.lowpass import LOWPASS_STATE, average_specific_force
 from bingham.recording import ImuRecording
@@ -26,13 +27,15 @@ class InertialState:
     """All an inertial filter carries from sample to sample; saving it and going on gives the identical track.
 
     ``law``: of the orientation, body → world. ``time``: of the last sample, s. ``average``: state of the averaged
-    specific force. ``magnetometer`` (3,): the last row, by which repeated rows are known.
+    specific force. ``magnetometer`` (3,): the last row, by which repeated rows are known. ``pace`` (4,): the usual
+    step, s, and the last rate, rad/s, by which gaps are known.
     """
 
     law: Bingham
     time: float
     average: FloatArray
     magnetometer: FloatArray
+    pace: FloatArray
 
     @property
     def mode(self) -> FloatArray:
@@ -117,7 +120,8 @@ class InertialFilter:
         Parameters
         ----------
         recording : ImuRecording
-            Irregular times are used as they are: the law widens over a gap.
+            Irregular times are used as they are. Over a gap (of five usual steps, or of 0.25 s) the law widens by what
+            the rate may have been.
         prior : Bingham or InertialState, optional
             Law of the first orientation (uniform unless given), or the ``state`` of a track to go on from.
 
@@ -134,13 +138,15 @@ class InertialFilter:
         if state is not None and not steps[0] > 0.0:
             raise InvalidArgumentError("recording", f"times after {state.time!r} s, where the state stopped", time[0])
         count = time.size
-        gyroscope = np.array(recording.gyroscope)
+        gyroscope, gaps = np.array(recording.gyroscope), np.empty(count)
+        pace = np.zeros(PACE_STATE) if state is None else state.pace.copy()
+        bridge_gaps(steps, gyroscope, pace, gaps)
         average = np.zeros(LOWPASS_STATE) if state is None else state.average.copy()
         gravity = np.empty((0, 3))
         if recording.accelerometer is not None:
             gravity = np.empty((count, 3))
             average_specific_force(
-                steps, gyroscope, np.array(recording.accelerometer), self.averaging_time, average, gravity
+                steps, gyroscope, gaps, np.array(recording.accelerometer), self.averaging_time, average, gravity
             )
         field_rows, last_row = np.empty((0, 3)), np.full(3, np.nan)
         if recording.magnetometer is not None:
@@ -159,6 +165,7 @@ class InertialFilter:
             frame,
             steps,
             gyroscope,
+            gaps,
             gravity,
             field_rows,
             self.gyroscope_noise_density**2,
@@ -183,5 +190,5 @@ class InertialFilter:
             statistic,
             decision,
             threshold=limits[0],
-            state=InertialState(end, float(time[-1]), average, last_row),
+            state=InertialState(end, float(time[-1]), average, last_row, pace),
         )

@@ -17,13 +17,13 @@ __all__ = ["run"]
 @compiled()
 def run(s, p, par, time, last, gyroscope, accelerometer, magnetometer, modes, covariances, bias, bias_std, rest,
         evidence, code, statistic, indices, filtered, transitions, corrections, factors, readout):  # fmt: skip
-    """Filter samples of one recording; s (91,) and p (12, 12) hold the state before and after.
+    """Filter samples of one recording; s (94,) and p (12, 12) hold the state before and after.
 
     time (N,), gyroscope, accelerometer, magnetometer (N, 3), the latter two NaN where there is no sample, or (0, 3);
     last (3,): times of the samples before of each sensor, NaN before the first. Per sample: modes (N, 4), covariances
     (N, 3, 3) of θ (world axes) as stated, bias, bias_std (N, 3), rest (N,), evidence (N,), code (N,), statistic (N,).
     Before the first accelerometer sample modes and covariances stay as they are given: NaN.
-    For the smoother, or empty, per update: indices (E,), filtered (E, 12, 12), transitions (E, 24), corrections
+    For the smoother, or empty, per update: indices (E,), filtered (E, 12, 12), transitions (E, 26), corrections
     (E, 12), factors (E, 2) of the stated variances; per sample: readout (N, 3, 3), what is added to them.
 
     Returns the number of updates.

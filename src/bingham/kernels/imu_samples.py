@@ -9,14 +9,13 @@ import math
 
 from bingham.kernels import imu_state as at
 from bingham.kernels.compile import compiled
+from bingham.kernels.gap import LONG_GAP, gap_variance, is_gap, usual_step
 from bingham.kernels.imu_state import rotation_matrix
 from bingham.kernels.quaternion import from_rotation_vector, product
 
 __all__ = ["accelerate", "due", "magnetize", "output", "rotate"]
 
 REST_SMOOTHING = 0.5  # s
-GAP = 0.25  # s without a gyroscope sample after which the rate between is unknown
-GAP_RATE = 1.0  # rad/s, standard deviation of the rate in a gap
 STANDARD_GRAVITY = 9.80665
 
 
@@ -30,6 +29,7 @@ def due(s, par):
 def rotate(s, p, par, dt, x, y, z, rotation):
     """Turn by the gyroscope's mean rate (x, y, z) over the last dt seconds; dt = 0 for the first sample."""
     s[at.AGE] += dt
+    last_x, last_y, last_z = s[at.RATE], s[at.RATE + 1], s[at.RATE + 2]
     s[at.RATE], s[at.RATE + 1], s[at.RATE + 2] = x, y, z
     if dt <= 0.0:
         for i in range(3):
@@ -40,10 +40,21 @@ def rotate(s, p, par, dt, x, y, z, rotation):
     for i in range(3):
         s[at.SLOW_RATE + i] += gain * (s[at.RATE + i] - s[at.SLOW_RATE + i])
         deviation += (s[at.RATE + i] - s[at.SLOW_RATE + i]) ** 2
-    s[at.REST_TIME] = s[at.REST_TIME] + dt if deviation <= par[at.P_REST_RATE] ** 2 and dt < GAP else 0.0
+    gap = is_gap(dt, s[at.USUAL_STEP])
+    s[at.USUAL_STEP] = usual_step(s[at.USUAL_STEP], dt)
+    s[at.REST_TIME] = s[at.REST_TIME] + dt if deviation <= par[at.P_REST_RATE] ** 2 and not gap else 0.0
     s[at.REST] = 1.0 if s[at.REST_TIME] >= par[at.P_REST_TIME] else 0.0
     if s[at.ALIGNED] <= 0.0:
         return
+    if gap:
+        change2 = deviation + (x - last_x) ** 2 + (y - last_y) ** 2 + (z - last_z) ** 2
+        turned, fallen = gap_variance(dt, change2), (par[at.P_GRAVITY] * dt) ** 2
+        for i in range(3):
+            p[i, i] += turned
+            p[3 + i, 3 + i] += fallen
+        s[at.GAP_TURN] += turned
+        s[at.GAP_SPEED] += fallen
+        x, y, z = 0.5 * (x + last_x), 0.5 * (y + last_y), 0.5 * (z + last_z)
     wx = (x - s[at.BIAS]) * dt
     wy = (y - s[at.BIAS + 1]) * dt
     wz = (z - s[at.BIAS + 2]) * dt
@@ -59,10 +70,6 @@ def rotate(s, p, par, dt, x, y, z, rotation):
         s[at.BODY_TURN + i] += s[at.RATE + i] * dt
     s[at.TRAVEL] += math.sqrt(wx * wx + wy * wy + wz * wz)
     s[at.ELAPSED] += dt
-    if dt >= GAP:
-        for i in range(3):
-            p[i, i] += (GAP_RATE * dt) ** 2
-            p[3 + i, 3 + i] += (par[at.P_GRAVITY] * dt) ** 2
 
 
 @compiled(inline=True)
@@ -95,7 +102,7 @@ def accelerate(s, par, dt, x, y, z):
     if s[at.ALIGNED] <= 0.0:
         s[at.ALIGNED] = -s[at.ALIGNED]  # −1: the state is ready and waits for this sample
         return
-    if dt <= 0.0 or dt >= GAP:
+    if dt <= 0.0 or dt >= LONG_GAP:
         return
     fx, fy, fz = x - s[at.ACC_BIAS], y - s[at.ACC_BIAS + 1], z - s[at.ACC_BIAS + 2]
     qw, qx, qy, qz = s[0], s[1], s[2], s[3]

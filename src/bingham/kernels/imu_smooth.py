@@ -19,6 +19,9 @@ SHARED = 0.1
 # Such an error is no larger than a few of the smoother's own; the filter's ignorance at the start is not one.
 SHARED_LIMIT = 10.0
 
+# Error of the linear recursion, in squares of the tilt (rad) that it corrects: half the second-order term.
+BENDING = 0.25
+
 
 @compiled()
 def _solve(a, b):
@@ -55,7 +58,7 @@ def _solve(a, b):
 def smooth(indices, time, filtered, transitions, corrections, factors, readout, modes, covariances, bias, bias_std):
     """Condition every state on the whole recording, in place.
 
-    indices (E,) into time (N,), filtered (E, 12, 12), transitions (E, 24), corrections (E, 12), factors (E, 2) and
+    indices (E,) into time (N,), filtered (E, 12, 12), transitions (E, 26), corrections (E, 12), factors (E, 2) and
     readout (N, 3, 3) as `imu.run` leaves them; `filtered` is overwritten by the smoothed covariances, `corrections` by
     the smoothed errors of the filtered states. modes (N, 4), covariances (N, 3, 3), bias and bias_std (N, 3) are the
     filter's and become the smoother's.
@@ -90,6 +93,9 @@ def smooth(indices, time, filtered, transitions, corrections, factors, readout, 
             continue
         transition_rows(p, gain, turn, coupling, step[22])
         predicted[:, :] = p
+        for i in range(3):
+            predicted[i, i] += step[24]
+            predicted[3 + i, 3 + i] += step[25]
         covariance_step(predicted, turn, coupling, step[22], step[18:22], work)
         factor[:, :] = predicted
         _solve(factor, gain)
@@ -133,11 +139,9 @@ def smooth(indices, time, filtered, transitions, corrections, factors, readout, 
         left = corrections[max(e, 0)]
         right = before[min(e + 1, count - 1)]
         nearest = max(e, 0)
-        a, b, c, d = from_rotation_vector(
-            left[0] + share * (right[0] - left[0]),
-            left[1] + share * (right[1] - left[1]),
-            left[2] + share * (right[2] - left[2]),
-        )
+        tilt_x, tilt_y = left[0] + share * (right[0] - left[0]), left[1] + share * (right[1] - left[1])
+        a, b, c, d = from_rotation_vector(tilt_x, tilt_y, left[2] + share * (right[2] - left[2]))
+        bent = BENDING * (tilt_x * tilt_x + tilt_y * tilt_y)
         modes[t, 0], modes[t, 1], modes[t, 2], modes[t, 3] = product(
             a, b, c, d, modes[t, 0], modes[t, 1], modes[t, 2], modes[t, 3]
         )
@@ -153,3 +157,4 @@ def smooth(indices, time, filtered, transitions, corrections, factors, readout, 
                 gained = online[nearest, i, j] - filtered[nearest, i, j]
                 claimed = filtered[nearest, i, j] + root[i] * root[j] * gained
                 covariances[t, i, j] = math.sqrt(scale) * claimed + readout[t, i, j]
+            covariances[t, i, i] += bent * bent

@@ -29,7 +29,9 @@ REST_REFUSED = 81
 # Corrections made, against those expected (`imu_stated`).
 TILT_SUM, TILT_EXPECTED, TILT_RATIO, TILT_TIME = 82, 84, 85, 86
 HEADING_SUM, HEADING_EXPECTED, HEADING_RATIO, HEADING_TIME = 87, 88, 89, 90
-STATE_SIZE = 91
+USUAL_STEP = 91  # running median of the gyroscope's steps, s
+GAP_TURN, GAP_SPEED = 92, 93  # variances added for gaps since the last update, rad², (m/s)²
+STATE_SIZE = 94
 ERROR_SIZE = 12
 
 # Slots of the parameters.

@@ -88,9 +88,9 @@ def _rest_is_believed(s, p, par, dt):
 def update(s, p, par, x, work, out, keep):
     """Close the interval: move the covariance (12, 12) over it, condition on what the sensors said, correct the state.
 
-    x (12,) becomes the correction; work (3, 12, 12) is scratch; keep (24,), if not empty, gets what the smoother
-    needs: turn (9), coupling (9), noise (4), fall. out (4,) becomes log-evidence, magnetometer statistic and code,
-    restarted.
+    x (12,) becomes the correction; work (3, 12, 12) is scratch; keep (26,), if not empty, gets what the smoother
+    needs: turn (9), coupling (9), noise (4), fall, a place for `imu.run`, and what gaps added to the variances of θ
+    and v. out (4,) becomes log-evidence, magnetometer statistic and code, restarted.
     """
     dt = s[at.ELAPSED]
     turn, coupling = work[1, :3, :3], work[1, 3:6, :3]
@@ -121,6 +121,7 @@ def update(s, p, par, x, work, out, keep):
         for i in range(4):
             keep[18 + i] = noise[i]
         keep[22] = fall
+        keep[24], keep[25] = s[at.GAP_TURN], s[at.GAP_SPEED]
     for i in range(at.OUTPUT_SIZE):
         out[i] = 0.0
     x[:] = 0.0
@@ -159,6 +160,7 @@ def update(s, p, par, x, work, out, keep):
     out[at.O_EVIDENCE] = evidence
     for i in range(at.ELAPSED, at.FIELD_COUNT + 1):
         s[i] = 0.0
+    s[at.GAP_TURN] = s[at.GAP_SPEED] = 0.0
 
 
 @compiled()

@@ -69,12 +69,13 @@ def heading_likelihood(q, m, east, north, concentration, matrix):
 
 
 @compiled()
-def run_inertial(z, frame, steps, gyroscope, accelerometer, magnetometer, gyroscope_variance, gravity_information,
+def run_inertial(z, frame, steps, gyroscope, gaps, accelerometer, magnetometer, gyroscope_variance, gravity_information,
                  heading_information, east, north, gravity_threshold, heading_threshold,
                  keep_z, keep_frame, keep_evidence, keep_statistic, keep_decision):  # fmt: skip
     """Filter T inertial samples; z (4,), frame (4, 4; by rows) hold the end state.
 
-    steps (T,): seconds since the sample before, 0 for none. gyroscope (T, 3) rad/s; accelerometer, magnetometer (T, 3)
+    steps (T,): seconds since the sample before, 0 for none. gyroscope (T, 3) rad/s; gaps (T,): variance, rad² per axis,
+    of the turn in a gap before the sample, else 0; accelerometer, magnetometer (T, 3)
     or (0, 3); NaN rows are skipped. Rates per second: gyroscope_variance (rad²/s), gravity_information,
     heading_information (1/rad²/s); the last two times the share of a sample give its κ. keep_statistic and
     keep_decision are (T, 2): gravity, heading.
@@ -89,7 +90,7 @@ def run_inertial(z, frame, steps, gyroscope, accelerometer, magnetometer, gyrosc
             g = gyroscope[t]
             turn[0], turn[1], turn[2], turn[3] = from_rotation_vector(g[0] * dt, g[1] * dt, g[2] * dt)
             rotate_rows_right(frame, turn)
-            log_f = diffuse_4(z, -math.expm1(-gyroscope_variance * dt), work)
+            log_f = diffuse_4(z, -math.expm1(-(gyroscope_variance * dt + gaps[t])), work)
         else:
             log_f = math.log(gradient_4(z, work[0]))
         # A sample speaks for the time since the last one, but not for a gap.

@@ -15,6 +15,8 @@ __all__ = ["LOWPASS_STATE", "average_specific_force"]
 
 # Quaternion of the held frame, weight of each stage's running mean (2), first and second stage (3 each).
 LOWPASS_STATE = 12
+# rad², variance of the turn in a gap beyond which directions from before it are worth nothing (6° per axis).
+LOST_FRAME = 0.01
 
 
 @compiled(inline=True)
@@ -25,11 +27,12 @@ def _rotated(w, x, y, z, a, b, c):
 
 
 @compiled()
-def average_specific_force(steps, gyroscope, accelerometer, time_constant, state, out):
+def average_specific_force(steps, gyroscope, gaps, accelerometer, time_constant, state, out):
     """Write the averaged specific force in body axes to out (T, 3); state (`LOWPASS_STATE`,) carries on.
 
     Each stage obeys m ← m + a (x − m) with a = 1 − e^{−dt/τ}, but is a plain mean until that settles. Rows of NaN are
-    predicted from the average; before the first sample out is NaN. A zero state starts afresh.
+    predicted from the average; before the first sample out is NaN. A zero state starts afresh, and so do the means
+    after a gap in which the held frame is lost: gaps (T,) has the variance of the turn in it, rad².
     """
     w, x, y, z = state[0], state[1], state[2], state[3]
     if w == 0.0 and x == 0.0 and y == 0.0 and z == 0.0:
@@ -41,6 +44,8 @@ def average_specific_force(steps, gyroscope, accelerometer, time_constant, state
         w, x, y, z = product(w, x, y, z, a, b, c, d)
         n = 1.5 - 0.5 * (w * w + x * x + y * y + z * z)
         w, x, y, z = w * n, x * n, y * n, z * n
+        if gaps[t] > LOST_FRAME:
+            state[4] = state[5] = 0.0
         f = accelerometer[t]
         if not math.isnan(f[0] + f[1] + f[2]):
             e0, e1, e2 = _rotated(w, x, y, z, f[0], f[1], f[2])
