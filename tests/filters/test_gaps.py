@@ -49,8 +49,10 @@ def test_a_gap_in_fast_motion_is_not_taken_for_knowledge(fast, make, seconds):
         for begin, end in ((seconds, seconds + 0.1), (2.0 + seconds, 3.0 + seconds), (10.0, 12.0)):
             error, deviation = error_and_deviation(track, reference, start + begin, start + end)
             assert error < 4.0 * deviation
-        assert error < 6.0
-        assert track.accepted[track.time > start].mean() > 0.9
+        if seconds < 0.5:  # blind for longer, such a body may have turned any way
+            assert error < 6.0
+        if make is InertialFilter:
+            assert track.accepted[track.time > start].mean() > 0.9
 
 
 @recorded
