@@ -124,5 +124,5 @@ def test_table_of_npz_arrays_is_the_one_of_the_reader():
 
     page = (ROOT / "docs/formats.rst").read_text(encoding="utf-8")
     section = page.split("Arrays of an npz file\n---")[1].split("\n---")[0].partition("measured orientations")[0]
-    cells = re.findall(r"^   \* - .*\n     - (.+)$", section, re.M)
+    cells = re.findall(r"^   \* -.*\n     - (.+)$", section, re.M)
     assert {name for cell in cells for name in re.findall(r"``(\w+)``", cell)} == {*IMU_FIELDS, *LONG_NAMES.values()}
