@@ -297,6 +297,11 @@ def test_long_runs_stay_orthonormal_and_sorted():
     (lambda f: Diffusion(0.1).propagate(PRIOR[4], None, -1.0), "dt: expected a time step"),
     (lambda f: Diffusion(-1.0), "random_walk"),
     (lambda f: VectorSensor([0.0, 0, 0], 1.0), "reference"),
+    (lambda f: VectorSensor("up", 1.0), "reference: expected an array of numbers, got 'up'"),
+    (lambda f: VectorSensor([0.0, 0, 1], "x"), "concentration: expected a finite number > 0, got 'x'"),
+    (lambda f: Gyroscope("x"), "noise_density: expected a finite number >= 0, rad/s/√Hz, got 'x'"),
+    (lambda f: Diffusion(0.1).propagate(PRIOR[4], None, "x"), "dt: expected a time step"),
+    (lambda f: f.run(PRIOR[4], "abc"), "measurements: expected an array of numbers, got 'abc'"),
 ])  # fmt: skip
 def test_bad_input_is_named(call, message):
     with pytest.raises(InvalidArgumentError, match=message):

@@ -20,7 +20,7 @@ from bingham.filters.checks import check_measurement_noise, check_noise_side, ch
 from bingham.filters.protocol import MISSING, UpdateInfo
 from bingham.models.motion import MotionModel, NoisyIdentity
 from bingham.models.sensors import OrientationSensor, Sensor, condition
-from bingham.rotations import is_missing, plain
+from bingham.rotations import is_missing, numbers, plain
 
 __all__ = ["MixtureFilter", "ambiguous_noise"]
 
@@ -38,7 +38,7 @@ def ambiguous_noise(noise: Bingham, symmetries: ArrayLike) -> BinghamMixture:
     2
     """
     check_law(noise, "noise")
-    g = np.asarray(symmetries, dtype=np.float64)
+    g = numbers(symmetries, "symmetries")
     if g.ndim != 2 or noise.shape or g.shape[1] != noise.dim:
         raise InvalidArgumentError("symmetries", f"unit rows, shape (m, {noise.dim}), with one noise law", g.shape)
     return BinghamMixture(np.full(len(g), 1.0 / len(g)), noise.rotate(left=g))

@@ -17,7 +17,7 @@ from bingham.kernels.threads import by_rows
 from bingham.models.motion import Diffusion, Gyroscope, KnownRotation, MotionModel, NoisyIdentity, diffusion_mix
 from bingham.models.sensors import OrientationSensor
 from bingham.recording import as_seconds
-from bingham.rotations import from_rotation_vector, plain, unit_or_missing
+from bingham.rotations import from_rotation_vector, numbers, unit_or_missing
 
 __all__ = ["run_conjugate", "sequence_steps", "time_steps"]
 
@@ -61,7 +61,7 @@ def sequence_steps(motion: MotionModel, times: ArrayLike | None, start_time: flo
 
 
 def _unit_or_missing(x: ArrayLike | Rotation, d: int, name: str) -> FloatArray:
-    a = np.asarray(plain(x), dtype=np.float64)
+    a = numbers(x, name)
     if a.ndim not in (2, 3) or a.shape[-1] != d:
         raise InvalidArgumentError(name, f"shape (T, {d}) or (B, T, {d})", a.shape)
     return unit_or_missing(a, d, name)

@@ -13,7 +13,7 @@ from bingham.errors import InvalidArgumentError
 from bingham.filters.protocol import each_step
 from bingham.filters.sequence import sequence_steps
 from bingham.filters.track import Track
-from bingham.rotations import missing_rows, plain
+from bingham.rotations import missing_rows, numbers
 
 if TYPE_CHECKING:
     from bingham.filters.first_order import BinghamFilter
@@ -31,7 +31,7 @@ def run_rows(
     keep: Literal["all", "last"],
 ) -> Track:
     """Body of `BinghamFilter.run` for sensors and motions without a compiled loop."""
-    z = np.asarray(plain(measurements), dtype=np.float64)
+    z = numbers(measurements, "measurements")
     if z.ndim != 2:
         raise InvalidArgumentError(
             "measurements", "shape (T, n), one row for each step", z.shape, "run the recordings of a batch one by one"

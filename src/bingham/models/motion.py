@@ -67,7 +67,11 @@ def _single(state: Bingham, d: int) -> None:
 
 
 def _time_step(dt: float | None) -> float:
-    if dt is None or not dt >= 0.0:
+    try:
+        good = dt is not None and dt >= 0.0
+    except TypeError:
+        good = False
+    if dt is None or not good:
         raise InvalidArgumentError("dt", "a time step in s, not negative", dt, "pass dt= (or times= to run)")
     return float(dt)
 

@@ -18,7 +18,7 @@ from bingham.distributions.bingham import Bingham
 from bingham.distributions.checks import check_law
 from bingham.errors import InvalidArgumentError
 from bingham.kernels.single import added_4, updated_2, updated_4
-from bingham.rotations import compose, conjugate, from_rotation_vector, rotate, unit_row, unit_rows
+from bingham.rotations import compose, conjugate, from_rotation_vector, numbers, rotate, unit_row, unit_rows
 
 __all__ = [
     "Conditioned",
@@ -161,7 +161,7 @@ class VectorSensor:
     concentration: float
 
     def __post_init__(self) -> None:
-        r = np.asarray(self.reference, dtype=np.float64)
+        r = numbers(self.reference, "reference")
         if r.shape != (3,) or not (np.all(np.isfinite(r)) and np.linalg.norm(r) > 0.0):
             raise InvalidArgumentError("reference", "a finite non-zero vector (3,)", self.reference)
         check_number(self.concentration, "concentration", "a finite number > 0", above=0.0)
@@ -200,7 +200,7 @@ class HeadingSensor:
 
     def __post_init__(self) -> None:
         check_number(self.concentration, "concentration", "a finite number > 0", above=0.0)
-        r = np.asarray(self.reference, dtype=np.float64)
+        r = numbers(self.reference, "reference")
         if r.shape != (2,) or not (np.all(np.isfinite(r)) and np.linalg.norm(r) > 0.0):
             raise InvalidArgumentError(
                 "reference", "a finite non-zero vector (2,) in the horizontal plane", self.reference
