@@ -55,7 +55,7 @@ def test_every_command_that_may_compile_is_ready_to_say_so(bingham, imu, tmp_pat
 
     monkeypatch.setattr(first_use, "announce_compilation", told)
     axes = tmp_path / "axes.csv"
-    np.savetxt(axes, np.eye(3), delimiter=",", header="x,y,z", comments="")
+    np.savetxt(axes, np.tile(np.eye(3), (4, 1)), delimiter=",", header="x,y,z", comments="")
     out = ("-o", tmp_path / "out")
     arguments = {"track": (imu, *out), "track -": (), "fit": (axes,), "cluster": (axes,), "tune": (imu,)}
     arguments |= {"simulate": ("tumbling", "-o", tmp_path / "x.npz"), "reproduce": ("kurz2013", *out)}

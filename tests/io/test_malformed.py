@@ -253,7 +253,8 @@ def test_arrays_have_short_and_long_names(tmp_path, same, content):
 
 def inertial_arrays():
     rng = np.random.default_rng(1)
-    return {"t": np.arange(6) / 100} | {name: rng.standard_normal((6, 3)) for name in ("gyr", "acc", "mag")}
+    arrays = {name: rng.standard_normal((6, 3)) for name in ("gyr", "acc", "mag")}
+    return {"t": np.arange(6) / 100} | arrays | {"acc": arrays["acc"] + [0.0, 0.0, 9.81]}
 
 
 def test_arrays_without_times_name_both_ways_to_give_them(tmp_path):
