@@ -32,8 +32,8 @@ def is_gap(dt, usual):
 def gap_variance(dt, change2):
     """Return the variance (rad² per axis) of the turn over a gap of dt seconds.
 
-    change2 (rad²/s²) is how much the rate has changed, summed over the axes: between the samples around the gap, and
-    about its mean. The longer the gap, the more may have happened that they do not show.
+    change2 (rad²/s²) is how much the rate has changed around the gap, summed over the axes. The longer the gap, the
+    more may have happened that the samples around it do not show.
     """
     rate = GAP_RATE * min(1.0, dt / LONG_GAP)
     return (rate * rate + change2 / 3.0) * dt * dt
