@@ -97,3 +97,5 @@ def test_bad_input_is_named():
         InertialFilter().run(r, InertialFilter().run(r).state)
     with pytest.raises(InvalidArgumentError, match="prior"):
         InertialFilter().run(r, Bingham.uniform(3))
+    with pytest.raises(InvalidArgumentError, match="prior: expected a Bingham law, got a list"):
+        InertialFilter().run(r, [1.0, 0.0, 0.0, 0.0])

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bingham.distributions.bingham import Bingham
+from bingham.distributions.checks import check_law
 from bingham.errors import InvalidArgumentError
 from bingham.filters.gate import Gate
 from bingham.filters.track import Track
@@ -130,7 +131,8 @@ class InertialFilter:
         InertialTrack
         """
         state = prior if isinstance(prior, InertialState) else None
-        law = state.law if state is not None else prior if isinstance(prior, Bingham) else Bingham.uniform(4)
+        law = prior.law if isinstance(prior, InertialState) else Bingham.uniform(4) if prior is None else prior
+        check_law(law, "prior")
         if law.dim != 4 or law.shape:
             raise InvalidArgumentError("prior", "a single law of rotations", repr(law))
         time = np.array(recording.time)
