@@ -26,7 +26,7 @@ def measure() -> list[Row]:
     def ours():
         return ImuFilter().run(recording)
 
-    def plain():
+    def without_bias():
         return InertialFilter().run(recording)
 
     def peer_vqf():
@@ -50,10 +50,10 @@ def measure() -> list[Row]:
         Row(
             TOPIC,
             "bingham, `InertialFilter.run` (no bias)",
-            best_of(plain, per=n),
+            best_of(without_bias, per=n),
             "sample",
             limit=5e-6,
-            note=error(plain().modes),
+            note=error(without_bias().modes),
         ),
         Row(TOPIC, "vqf, VQF (C++)", best_of(peer_vqf, per=n), "sample", note=error(peer_vqf()["quat9D"])),
         Row(TOPIC, "vqf, BasicVQF (C++)", best_of(peer_basic, per=n), "sample", note=error(peer_basic()["quat9D"])),

@@ -1,4 +1,4 @@
-"""What bias estimation and stated uncertainty are worth on recordings: python benchmarks/inertial.py FILE ...
+"""What bias estimation and reported uncertainty are worth on recordings: python benchmarks/inertial.py FILE ...
 
 Files are recordings with reference and scored samples in any format that `bingham.io` reads, for example the trials of
 BROAD (github.com/dlaidig/broad, data_hdf5).
@@ -63,7 +63,7 @@ def own(r: ImuRecording) -> ImuTrack:
 
 
 def judge(track: ImuTrack, r: ImuRecording) -> tuple[float, ...]:
-    """Return total and inclination RMSE, spread of the heading error (degrees), actual over stated, coverage."""
+    """Return total and inclination RMSE, spread of the heading error (degrees), actual over reported, coverage."""
     there = r.scored
     errors = broad_rmse(track.modes, r.reference, there)
     e = compose(r.reference[there], conjugate(track.modes[there]))
@@ -86,7 +86,7 @@ def main(paths: list[Path]) -> None:
         print(f"{variant.__name__}: total {mean[0]:.2f}, inclination {mean[1]:.2f}, heading spread {mean[2]:.2f}")
         if variant in (online, own, smoothed):
             for name, row in rows.items():
-                print(f"    {name}: inclination {row[1]:.2f}, actual/stated {row[3]:.2f}, coverage {row[4]:.3f}")
+                print(f"    {name}: inclination {row[1]:.2f}, actual/reported {row[3]:.2f}, coverage {row[4]:.3f}")
 
 
 if __name__ == "__main__":

@@ -39,7 +39,7 @@ def exponential(v: np.ndarray) -> np.ndarray:
 
 
 def logarithm(q: np.ndarray) -> np.ndarray:
-    """Return the rotation vector, of at most half a turn, of the quaternion q."""
+    """Return the rotation vector, of at most half a rotation, of the quaternion q."""
     if q[0] < 0.0:
         q = -q
     n = np.linalg.norm(q[1:])

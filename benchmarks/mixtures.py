@@ -1,4 +1,4 @@
-"""Expectation-maximisation on a million surface normals: a law of six components and a background."""
+"""Expectation-maximisation on a million surface normals: a distribution of six components and a background."""
 
 from __future__ import annotations
 

@@ -31,19 +31,36 @@ def measure() -> list[Row]:
     out = (np.empty(n), np.empty((n, 4)), np.empty((n, 4, 4)))
     numba.set_num_threads(1)
     rows = [
-        Row(TOPIC, "bingham, compiled batch", best_of(lambda: derivatives_lanes_4(z, *out), per=n), "law", True, 1e-7),
         Row(
-            TOPIC, "bingham, `log_normalizer_derivatives`", best_of(lambda: log_normalizer_derivatives(z), per=n), "law"
+            TOPIC,
+            "bingham, compiled batch",
+            best_of(lambda: derivatives_lanes_4(z, *out), per=n),
+            "distribution",
+            True,
+            1e-7,
+        ),
+        Row(
+            TOPIC,
+            "bingham, `log_normalizer_derivatives`",
+            best_of(lambda: log_normalizer_derivatives(z), per=n),
+            "distribution",
         ),
         Row(
             TOPIC,
             "bingham, `log_normalizer`, batch (no derivatives)",
             best_of(lambda: bingham.log_normalizer(z), per=n),
-            "law",
+            "distribution",
         ),
     ]
     single = np.array([-900.0, -500.0, -3.0, 0.0])
-    rows.append(Row(TOPIC, "bingham, one law from Python", best_of(lambda: log_normalizer_derivatives(single)), "law"))
+    rows.append(
+        Row(
+            TOPIC,
+            "bingham, one distribution from Python",
+            best_of(lambda: log_normalizer_derivatives(single)),
+            "distribution",
+        )
+    )
     sys.path.insert(0, str(Path(__file__).parents[1] / "tests" / "reference"))
     try:
         import oracles
@@ -55,20 +72,20 @@ def measure() -> list[Row]:
             ("series, Glover & Kaelbling eq. 8 (log F, gradient)", oracles.series),
             ("saddlepoint, Kume & Wood (log F, gradient; error to 5 %)", oracles.saddlepoint),
         ):
-            rows.append(Row(TOPIC, name, best_of(lambda m=method: m(single), repeats=3), "law"))
-    rows.append(Row(TOPIC, "PyRecEst 2.4.2 (F, gradient)", pyrecest(), "law"))
+            rows.append(Row(TOPIC, name, best_of(lambda m=method: m(single), repeats=3), "distribution"))
+    rows.append(Row(TOPIC, "PyRecEst 2.4.2 (F, gradient)", pyrecest(), "distribution"))
     return rows
 
 
 def pyrecest() -> float:
-    """Seconds of PyRecEst's F and gradient, each time for a new law."""
-    from peers import pyrecest_law
+    """Seconds of PyRecEst's F and gradient, each time for a new distribution."""
+    from peers import pyrecest_distribution
 
     step = iter(range(1, 1000))
 
     def once() -> None:
-        law = pyrecest_law([-900.0, -500.0, -3.0, 0.0], 1e-6 * next(step))
-        _ = law.F, law.dF
+        distribution = pyrecest_distribution([-900.0, -500.0, -3.0, 0.0], 1e-6 * next(step))
+        _ = distribution.F, distribution.dF
 
     once()
     return best_once(once, repeats=5)

@@ -13,11 +13,11 @@ warnings.simplefilter("ignore")
 from pyrecest.distributions.hypersphere_subset.bingham_distribution import BinghamDistribution  # noqa: E402
 from pyrecest.filters.bingham_filter import BinghamFilter as PyRecEstFilter  # noqa: E402
 
-__all__ = ["BinghamDistribution", "PyRecEstFilter", "pyrecest_law"]
+__all__ = ["BinghamDistribution", "PyRecEstFilter", "pyrecest_distribution"]
 
 
-def pyrecest_law(z: list[float], nudge: float = 0.0) -> BinghamDistribution:
-    """Return the law with concentrations z about the last axis, turned so that the mode is the identity.
+def pyrecest_distribution(z: list[float], nudge: float = 0.0) -> BinghamDistribution:
+    """Return the distribution with concentrations z about the last axis, rotated so that the mode is the identity.
 
     PyRecEst remembers normalisers it has computed: ``nudge`` makes a new one, as every step of a real filter does.
     """

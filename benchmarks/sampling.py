@@ -13,12 +13,12 @@ Z = [-900.0, -500.0, -3.0, 0.0]
 
 def measure() -> list[Row]:
     """Return the rows of this topic."""
-    from peers import pyrecest_law
+    from peers import pyrecest_distribution
 
     p = Bingham(Z, np.eye(4)[:, ::-1])
     n, m = 1_000_000, 2_000
     ours = best_of(lambda: p.rvs(n, rng=1), per=n)
-    peer = best_once(lambda: pyrecest_law(Z).sample(m), per=m)
+    peer = best_once(lambda: pyrecest_distribution(Z).sample(m), per=m)
     return [
         Row(TOPIC, "bingham, `rvs`, independent", ours, "sample", True, 1 / 3e6, f"{1e-6 / ours:.2f} million/s"),
         Row(

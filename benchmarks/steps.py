@@ -14,14 +14,14 @@ NOISE = {2: ([-200.0, 0.0], [-50.0, 0.0]), 4: ([-800.0, -600.0, -400.0, 0.0], [-
 RUN_LIMIT, OBJECT_LIMIT, BATCH_LIMIT = {2: 1e-6, 4: 2.5e-6}, 25e-6, 1.5e-6
 
 
-def law(z: list[float]) -> Bingham:
-    """Return the law with concentrations z whose mode is the identity."""
+def distribution(z: list[float]) -> Bingham:
+    """Return the distribution with concentrations z whose mode is the identity."""
     return Bingham(z, np.eye(len(z))[:, ::-1])
 
 
 def case(d: int, steps: int) -> tuple[BinghamFilter, Bingham, np.ndarray]:
     """Return a filter, a prior and measurements (steps, d) of a slowly turning state."""
-    process, sensor = (law(z) for z in NOISE[d])
+    process, sensor = (distribution(z) for z in NOISE[d])
     y = sensor.rvs(steps, rng=3)
     return BinghamFilter(process, sensor), process, np.ascontiguousarray(y)
 
@@ -130,11 +130,11 @@ def filterpy_kalman(y: np.ndarray) -> float:
 
 def pyrecest(d: int, y: np.ndarray) -> float:
     """Seconds of a step of PyRecEst's filter; the noises are the same, the state a new one every time."""
-    from peers import PyRecEstFilter, pyrecest_law
+    from peers import PyRecEstFilter, pyrecest_distribution
 
-    process, sensor = (pyrecest_law(z) for z in NOISE[d])
+    process, sensor = (pyrecest_distribution(z) for z in NOISE[d])
     f = PyRecEstFilter()
-    f.filter_state = pyrecest_law(NOISE[d][0])
+    f.filter_state = pyrecest_distribution(NOISE[d][0])
     rows = iter(y)
 
     def step() -> None:

@@ -49,13 +49,13 @@ def test_offset_of_the_heading_is_found_under_noise_and_with_gaps():
     known = reference.as_quat(scalar_first=True)
     known[::7] = np.nan
     for offset in (-3.0, -0.4, 0.0, 1.5, 3.1):
-        turned = Rotation.from_rotvec([0, 0, offset]) * noise * reference
-        found = heading_offset(turned.as_quat(scalar_first=True), known)
+        rotated = Rotation.from_rotvec([0, 0, offset]) * noise * reference
+        found = heading_offset(rotated.as_quat(scalar_first=True), known)
         # The mean of 1714 angles of 0.02 rad: four standard errors.
         assert abs(np.angle(np.exp(1j * (found - offset)))) < 4 * 0.02 / np.sqrt(1714)
 
 
-def test_nothing_to_count_is_refused():
+def test_nothing_to_count_is_rejected():
     q = rotation(1, 2, 3)[None]
     with pytest.raises(InvalidArgumentError, match="score: expected at least one sample"):
         broad_rmse(q, q, [False])
@@ -63,7 +63,7 @@ def test_nothing_to_count_is_refused():
         heading_offset(q, np.full((1, 4), np.nan))
 
 
-def test_rows_that_do_not_belong_together_are_refused():
+def test_rows_that_do_not_belong_together_are_rejected():
     q = np.tile([1.0, 0.0, 0.0, 0.0], (3, 1))
     with pytest.raises(InvalidArgumentError, match="reference: expected a shape that broadcasts"):
         broad_rmse(q, q[:2])

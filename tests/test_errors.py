@@ -46,10 +46,10 @@ def test_values_are_one_line_of_bounded_length(value, said):
 
 
 def test_a_long_result_that_was_reached_is_named_only():
-    class Law:
+    class Distribution:
         def __repr__(self):
-            return "Law(" + "0, " * 100 + ")"
+            return "Distribution(" + "0, " * 100 + ")"
 
-    error = ConvergenceError("no convergence", law := Law(), "more steps")
-    assert error.reached is law
-    assert str(error) == "no convergence; reached a Law; more steps"
+    error = ConvergenceError("no convergence", distribution := Distribution(), "more steps")
+    assert error.reached is distribution
+    assert str(error) == "no convergence; reached a Distribution; more steps"

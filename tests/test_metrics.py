@@ -8,8 +8,8 @@ from bingham.metrics import (
     chi_square_probability,
     coverage,
     geodesic_error,
+    nees,
     normal_probability,
-    normalized_error,
     root_mean_square,
     uniformity_statistic,
 )
@@ -25,7 +25,7 @@ SPECTRA = (
 )
 
 
-def law_of(z, seed=0):
+def distribution_of(z, seed=0):
     q = np.linalg.qr(np.random.default_rng(seed).normal(size=(len(z), len(z))))[0]
     return Bingham(z, q)
 
@@ -40,36 +40,36 @@ def test_geodesic_error_keeps_its_accuracy_at_the_ends():
 
 
 @pytest.mark.parametrize("z", SPECTRA)
-def test_angle_probability_is_uniform_for_the_law_itself_only(z):
-    law = law_of(z)
-    x = law.rvs(2000, rng=1)
+def test_angle_probability_is_uniform_for_the_distribution_itself_only(z):
+    distribution = distribution_of(z)
+    x = distribution.rvs(2000, rng=1)
     # Kolmogorov: 1.95/√n is passed once in a thousand.
-    assert uniformity_statistic(angle_probability(law, x)) * np.sqrt(2000) < 1.95
+    assert uniformity_statistic(angle_probability(distribution, x)) * np.sqrt(2000) < 1.95
     if z[-2] < 0:  # the angle to the mode of a girdle hardly depends on its thickness
-        wrong = Bingham(np.asarray(z) * 2.0, law.M)
+        wrong = Bingham(np.asarray(z) * 2.0, distribution.M)
         assert uniformity_statistic(angle_probability(wrong, x)) * np.sqrt(2000) > 1.95
 
 
 @pytest.mark.parametrize("z", SPECTRA)
 def test_angle_probability_inverts_the_credible_angle(z):
-    law = law_of(z)
-    other = law.M[:, 0]
+    distribution = distribution_of(z)
+    other = distribution.M[:, 0]
     for p in (0.1, 0.5, 0.95):
-        angle = law.credible_angle(p)
-        x = np.cos(angle) * law.mode + np.sin(angle) * other
-        assert angle_probability(law, x) == pytest.approx(p, abs=1e-9)
+        angle = distribution.credible_angle(p)
+        x = np.cos(angle) * distribution.mode + np.sin(angle) * other
+        assert angle_probability(distribution, x) == pytest.approx(p, abs=1e-9)
 
 
 def test_angle_probability_of_a_batch():
-    laws = Bingham(np.tile([-5.0, -2, -1, 0], (3, 1)), np.tile(np.eye(4), (3, 1, 1)))
-    x = law_of([-1.0, -1, -1, 0]).rvs(3, rng=2)
-    whole = angle_probability(laws, x)
+    distributions = Bingham(np.tile([-5.0, -2, -1, 0], (3, 1)), np.tile(np.eye(4), (3, 1, 1)))
+    x = distribution_of([-1.0, -1, -1, 0]).rvs(3, rng=2)
+    whole = angle_probability(distributions, x)
     assert whole.shape == (3,)
-    np.testing.assert_allclose(whole, [angle_probability(laws[i], x[i]) for i in range(3)], rtol=1e-12)
+    np.testing.assert_allclose(whole, [angle_probability(distributions[i], x[i]) for i in range(3)], rtol=1e-12)
 
 
 @pytest.mark.parametrize("d", [2, 4])
-def test_normalized_error_of_a_tangent_gaussian_is_chi_square(d):
+def test_nees_of_a_tangent_gaussian_is_chi_square(d):
     rng = np.random.default_rng(3)
     mode = np.eye(d)[0]
     spread = np.diag(rng.uniform(1e-4, 4e-4, d))
@@ -78,9 +78,9 @@ def test_normalized_error_of_a_tangent_gaussian_is_chi_square(d):
     angle = np.linalg.norm(tangent, axis=1, keepdims=True)
     truth = np.cos(angle) * mode + np.sin(angle) * tangent / angle
     signs = rng.choice([-1.0, 1.0], (4000, 1))
-    p = chi_square_probability(normalized_error(mode, spread, signs * truth), d - 1)
+    p = chi_square_probability(nees(mode, spread, signs * truth), d - 1)
     assert uniformity_statistic(p) * np.sqrt(4000) < 1.95
-    p = chi_square_probability(normalized_error(mode, 1.3 * spread, truth), d - 1)
+    p = chi_square_probability(nees(mode, 1.3 * spread, truth), d - 1)
     assert uniformity_statistic(p) * np.sqrt(4000) > 1.95
 
 
@@ -93,15 +93,15 @@ def test_small_closed_forms():
 
 
 def test_an_unknown_truth_is_neither_inside_nor_outside():
-    law = Bingham([-9.0, -4, -1, 0], np.eye(4))
-    truth = law.rvs(10, rng=4)
-    whole = angle_probability(law, truth)
+    distribution = Bingham([-9.0, -4, -1, 0], np.eye(4))
+    truth = distribution.rvs(10, rng=4)
+    whole = angle_probability(distribution, truth)
     truth[::2] = np.nan
-    p = angle_probability(law, truth)
+    p = angle_probability(distribution, truth)
     np.testing.assert_array_equal(np.isnan(p), [True, False] * 5)
     np.testing.assert_array_equal(p[1::2], whole[1::2])
-    np.testing.assert_array_equal(np.isnan(geodesic_error(law.mode, truth)), [True, False] * 5)
-    e = normalized_error(np.eye(4)[3], 0.1 * np.eye(4), truth)
+    np.testing.assert_array_equal(np.isnan(geodesic_error(distribution.mode, truth)), [True, False] * 5)
+    e = nees(np.eye(4)[3], 0.1 * np.eye(4), truth)
     np.testing.assert_array_equal(np.isnan(e), [True, False] * 5)
     np.testing.assert_array_equal(np.isnan(chi_square_probability(e, 3)), [True, False] * 5)
     assert np.isnan(normal_probability(np.nan, 1.0))
@@ -119,11 +119,11 @@ def test_an_unknown_truth_is_neither_inside_nor_outside():
         (lambda: geodesic_error(1.0, [1, 0]), "estimate: expected shape"),
         (lambda: geodesic_error(np.eye(2), np.eye(2)[[0, 1, 0]]), r"truth: .*broadcasts with the estimates' \(2, 2\)"),
         (lambda: geodesic_error([2, 0], [1, 0]), "estimate: .*length 2"),
-        (lambda: normalized_error([1, 0], np.eye(3), [1, 0]), r"covariance: expected shape \(..., 2, 2\)"),
-        (lambda: normalized_error([1, 0], np.full((2, 2), np.nan), [1, 0]), "covariance: expected finite"),
-        (lambda: normalized_error([1, 0], np.diag([1.0, 0.0]), [1, 0]), "covariance: expected positive definite"),
-        (lambda: normalized_error([np.nan, np.nan], np.eye(2), [1, 0]), "estimate: .*NaN"),
-        (lambda: normal_probability(0.0, [1.0, 0.0]), "variance: expected positive values, got least 0"),
+        (lambda: nees([1, 0], np.eye(3), [1, 0]), r"covariance: expected shape \(..., 2, 2\)"),
+        (lambda: nees([1, 0], np.full((2, 2), np.nan), [1, 0]), "covariance: expected finite"),
+        (lambda: nees([1, 0], np.diag([1.0, 0.0]), [1, 0]), "covariance: expected positive definite"),
+        (lambda: nees([np.nan, np.nan], np.eye(2), [1, 0]), "estimate: .*NaN"),
+        (lambda: normal_probability(0.0, [1.0, 0.0]), "variance: expected positive values, got minimum 0"),
         (lambda: chi_square_probability(1.0, 0), "degrees: expected"),
         (lambda: chi_square_probability([np.nan, -1.0], 3), "statistic: .*got -1"),
         (lambda: coverage([0.1], level=95), "level"),
@@ -132,13 +132,13 @@ def test_an_unknown_truth_is_neither_inside_nor_outside():
         (lambda: uniformity_statistic([]), "probability: expected at least one value"),
     ],
 )
-def test_what_makes_no_sense_is_refused(call, words):
+def test_what_makes_no_sense_is_rejected(call, words):
     with pytest.raises(InvalidArgumentError, match=words):
         call()
 
 
-def test_normalized_error_of_a_plane_is_the_angle_over_its_deviation():
+def test_nees_of_a_plane_is_the_angle_over_its_deviation():
     # e = 0.2 rad, C = 0.01 rad² across, whatever the covariance says along the estimate.
     truth = [np.cos(0.2), np.sin(0.2)]
-    assert normalized_error([1.0, 0.0], [[7.0, 0.0], [0.0, 0.01]], truth) == pytest.approx(4.0, rel=1e-12)
-    assert normalized_error([1.0, 0.0], [[7.0, 0.0], [0.0, 0.01]], np.negative(truth)) == pytest.approx(4.0, rel=1e-12)
+    assert nees([1.0, 0.0], [[7.0, 0.0], [0.0, 0.01]], truth) == pytest.approx(4.0, rel=1e-12)
+    assert nees([1.0, 0.0], [[7.0, 0.0], [0.0, 0.01]], np.negative(truth)) == pytest.approx(4.0, rel=1e-12)

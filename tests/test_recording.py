@@ -96,7 +96,7 @@ MULTIPLY = "Multiply by 1e-"
         (NANOSECONDS.astype(float), r"nanoseconds\? Multiply by 1e-9"),
         (NANOSECONDS // 1000, r"microseconds\? Multiply by 1e-6"),
         (NANOSECONDS // 1_000_000, r"milliseconds\? Multiply by 1e-3"),
-        (NANOSECONDS - NANOSECONDS[0], r"whole numbers in steps of 5e\+06.*Multiply by 1e-9"),
+        (NANOSECONDS - NANOSECONDS[0], r"integers in steps of 5e\+06.*Multiply by 1e-9"),
         (NANOSECONDS.astype("datetime64[ns]"), "expected float seconds, got datetime64.*np.timedelta64"),
         ((NANOSECONDS - NANOSECONDS[0]).astype("timedelta64[ns]"), "expected float seconds, got timedelta64"),
     ],
@@ -143,8 +143,8 @@ def doubted(time=0.01, rate=0.1, force=9.81, rows=100):
         ),
         ({"force": 50.0}, r"x: accelerometer: usually 50 m/s².*: another unit, or another sensor's\? Check the order"),
         ({"rate": 9.8}, r"x: gyroscope: usually 9\.8 rad/s, the number of gravity .*accelerometer's\? Check the order"),
-        ({"rate": 45.0}, r"x: gyroscope: up to 45 rad/s, 7 turns a second: degrees/s\? Multiply by π/180"),
-        ({"rate": 250.0}, r"x: gyroscope: up to 250 rad/s, 40 turns a second: degrees/s\? Multiply by π/180"),
+        ({"rate": 45.0}, r"x: gyroscope: up to 45 rad/s, 7 revolutions a second: degrees/s\? Multiply by π/180"),
+        ({"rate": 250.0}, r"x: gyroscope: up to 250 rad/s, 40 revolutions a second: degrees/s\? Multiply by π/180"),
     ],
 )
 def test_numbers_in_other_units_are_doubted(values, message):
@@ -167,8 +167,8 @@ def test_numbers_in_si_units_are_not_doubted(values):
     assert doubted(**values) == []
 
 
-def test_more_than_half_a_turn_between_seldom_samples_is_refused():
-    with pytest.raises(InvalidArgumentError, match=r"time: .* less than half a turn.*10 s with 10 rad.*1e-3"):
+def test_more_than_half_a_turn_between_seldom_samples_is_rejected():
+    with pytest.raises(InvalidArgumentError, match=r"time: .* less than half a rotation.*10 s with 10 rad.*1e-3"):
         doubted(time=10.0, rate=1.0)
     assert doubted(time=0.1, rate=39.0) == []  # fast, but no sign of milliseconds
 

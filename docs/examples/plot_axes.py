@@ -2,8 +2,8 @@
 Axes in space: a cluster and a girdle
 =====================================
 
-Poles of bedding, crystal axes, fibres: lines without a direction. One law describes a cluster about an axis, a girdle
-in a plane and everything between; the fit says which, with standard errors.
+Poles of bedding, crystal axes, fibres: lines without a direction. One distribution describes a cluster about an axis,
+a girdle in a plane and everything between; the fit says which, with standard errors.
 """
 
 import matplotlib.pyplot as plt
@@ -13,7 +13,7 @@ from bingham import Bingham
 
 rng = np.random.default_rng(4)
 frame = np.linalg.qr(rng.standard_normal((3, 3)))[0]
-laws = {"cluster": Bingham([-40.0, -15.0, 0.0], frame), "girdle": Bingham([-30.0, -0.5, 0.0], frame)}
+distributions = {"cluster": Bingham([-40.0, -15.0, 0.0], frame), "girdle": Bingham([-30.0, -0.5, 0.0], frame)}
 
 # %%
 # A lower-hemisphere equal-area plot, the geologists' projection. Contours are the fitted density.
@@ -33,11 +33,11 @@ scale = np.sqrt(np.maximum(2.0 - radius2, 0.0))
 directions = np.stack([east * scale, north * scale, radius2 - 1.0], axis=-1)
 
 figure, panels = plt.subplots(1, 2, figsize=(8.0, 4.2), layout="constrained")
-for panel, (name, law) in zip(panels, laws.items(), strict=True):
-    x = law.rvs(200, rng=rng)
+for panel, (name, distribution) in zip(panels, distributions.items(), strict=True):
+    x = distribution.rvs(200, rng=rng)
     fitted = Bingham.fit(x)
     errors = fitted.standard_errors(len(x))
-    print(f"{name}: true z {law.z}, fitted {fitted.z.round(1)} ± {errors.concentrations.round(1)}")
+    print(f"{name}: true z {distribution.z}, fitted {fitted.z.round(1)} ± {errors.concentrations.round(1)}")
     density = np.full(radius2.shape, np.nan)
     density[inside] = fitted.pdf(directions[inside] / np.linalg.norm(directions[inside], axis=-1, keepdims=True))
     panel.contour(east, north, density, levels=6, cmap="viridis", linewidths=0.9)

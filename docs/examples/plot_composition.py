@@ -1,10 +1,11 @@
 """
-How good is the composed law?
+How good is the composed distribution?
 =============================
 
-The product of two Bingham rotations is not Bingham. The filter uses the Bingham law with the same second moment; the
-true density is known too, and so is the price: the Kullback–Leibler divergence between them. It is estimated from exact
-samples of the product as the mean of r − 1 − log r with r the ratio of the densities, of which no term is negative.
+The product of two Bingham rotations is not Bingham. The filter uses the Bingham distribution with the same second
+moment; the true density is known too, and so is the price: the Kullback–Leibler divergence between them. It is
+estimated from exact samples of the product as the mean of r − 1 − log r with r the ratio of the densities, of which no
+term is negative.
 """
 
 import matplotlib.pyplot as plt

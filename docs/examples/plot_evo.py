@@ -30,7 +30,7 @@ tracks = {"online": ImuFilter().run(recording), "smoothed": ImuFilter().smooth(r
 folder = Path(tempfile.mkdtemp())
 write_tum(folder / "truth.txt", time=recording.time, orientation=recording.reference)
 for name, track in tracks.items():
-    write_tum(folder / f"{name}.txt", time=track.time, orientation=track.continuous_modes)
+    write_tum(folder / f"{name}.txt", time=track.time, orientation=track.aligned_modes)
 
 # %%
 # evo's verdict
@@ -65,7 +65,7 @@ figure, panel = plt.subplots(figsize=(8.0, 3.6), layout="constrained")
 some = np.flatnonzero(scored)[::20]
 first = np.argmax(scored)
 for k, (name, track) in enumerate(tracks.items()):
-    bound = np.degrees(2.0 * track.laws[some].credible_angle(0.95))
+    bound = np.degrees(2.0 * track.distributions[some].credible_angle(0.95))
     panel.plot(track.time[some], errors[name][some - first], color=f"C{k}", linewidth=1.0, label=f"{name}: error (evo)")
     panel.plot(track.time[some], bound, "--", color=f"C{k}", linewidth=1.0, label="95 % bound (bingham)")
     print(f"{name:9} {np.mean(errors[name][some - first] <= bound):.1%} of the errors lie within the 95 % bound")

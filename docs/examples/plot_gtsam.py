@@ -21,7 +21,7 @@ from bingham.rotations import compose, conjugate, from_rotation_vector, rotate, 
 # %%
 # What the filter knows
 # ---------------------
-# Two seconds at rest, no magnetometer. The orientation turns body vectors into the world (east, north, up).
+# Two seconds at rest, no magnetometer. The orientation rotates body vectors into the world (east, north, up).
 
 rng = np.random.default_rng(3)
 north_east, down_60 = from_rotation_vector([0.0, 0.0, 0.9]), from_rotation_vector([0.0, np.radians(60.0), 0.0])
@@ -37,14 +37,14 @@ print("  east, north, up:", np.degrees(np.sqrt(np.diag(in_world))).round(1))
 print("  the body's axes:", np.degrees(np.sqrt(np.diag(in_body))).round(1))
 
 # %%
-# GTSAM's side of the convention, checked rather than believed: the coordinates of a rotation turned by φ in its own
+# GTSAM's side of the convention, checked rather than believed: the coordinates of a rotation rotated by φ in its own
 # axes are φ. Its quaternions have w first, too.
 
 start = gtsam.Rot3.Quaternion(*orientation)
 phi = np.array([0.01, -0.02, 0.03])
-turned = gtsam.Rot3.Quaternion(*compose(orientation, from_rotation_vector(phi)))
-assert np.allclose(start.localCoordinates(turned), phi)
-assert np.allclose(start.retract(phi).matrix(), turned.matrix())
+rotated = gtsam.Rot3.Quaternion(*compose(orientation, from_rotation_vector(phi)))
+assert np.allclose(start.localCoordinates(rotated), phi)
+assert np.allclose(start.retract(phi).matrix(), rotated.matrix())
 
 # %%
 # The graph
@@ -85,7 +85,8 @@ def solve(covariance):
 # %%
 # Out again
 # ---------
-# The rotation's block of a marginal covariance is a covariance in the body's axes, and with the pose a Bingham law.
+# The rotation's block of a marginal covariance is a covariance in the body's axes, and with the pose a Bingham
+# distribution.
 
 
 def quaternion(pose):
@@ -96,10 +97,10 @@ def quaternion(pose):
 
 results = {"body (right)": solve(in_body), "world (wrong)": solve(in_world)}
 for name, (found, covariances) in results.items():
-    law = Bingham.from_covariance(quaternion(found[-1]), covariances[-1][:3, :3], frame="body")
-    stated = np.degrees(np.sqrt(np.diag(law.covariance(frame="world"))))
+    distribution = Bingham.from_covariance(quaternion(found[-1]), covariances[-1][:3, :3], frame="body")
+    reported = np.degrees(np.sqrt(np.diag(distribution.covariance(frame="world"))))
     error = np.degrees(to_rotation_vector(compose(quaternion(found[-1]), conjugate(truth))))
-    print(f"{name:14} error about east, north, up {error.round(1)}°, stated {stated.round(1)}°")
+    print(f"{name:14} error about east, north, up {error.round(1)}°, reported {reported.round(1)}°")
 
 # %%
 # Told that the camera's z axis is the uncertain one, the graph turns it about that to follow the fixes: it rolls over
@@ -119,7 +120,7 @@ for k, (name, (found, covariances)) in enumerate(results.items()):
     turn = [pose.rotation().matrix() for pose in found]
     spread = [np.trace((r @ c[:3, :3] @ r.T)[:2, :2]) for r, c in zip(turn, covariances, strict=True)]
     right.plot(lean, "o-", markersize=3, color=colour, label=f"error, {name}")
-    right.plot(2.0 * np.degrees(np.sqrt(spread)), "--", color=colour, label=f"stated, 2σ, {name}")
+    right.plot(2.0 * np.degrees(np.sqrt(spread)), "--", color=colour, label=f"reported, 2σ, {name}")
 left.set(xlabel="east, m", ylabel="north, m", title="From above", aspect="equal")
 right.set(xlabel="pose", ylabel="inclination, °", title="Where is up?", yscale="log", ylim=(0.03, 100.0))
 left.legend(frameon=False, fontsize=8)

@@ -2,8 +2,8 @@
 An inertial sensor, with and without its magnetometer
 =====================================================
 
-Gravity holds the inclination; only the magnetometer holds the heading. Without it the law says so: its spread about the
-vertical grows, that about the horizontal axes does not.
+Gravity holds the inclination; only the magnetometer holds the heading. Without it the distribution says so: its spread
+about the vertical grows, that about the horizontal axes does not.
 """
 
 from dataclasses import replace

@@ -15,14 +15,14 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 from bingham import Bingham, BinghamFilter, Gyroscope
-from bingham.rotations import compose, conjugate, continuous
+from bingham.rotations import align_signs, compose, conjugate
 from bingham.simulate import simulate_orientations, simulate_tumbling
 
 # %%
 # The motion, and what is measured
 # --------------------------------
-# The gyroscope runs at 100 Hz and is noisy, 0.03 rad/s/√Hz. The camera's noise is a Bingham law about the identity:
-# 1/√(−2z) is half the standard deviation of the rotation about each axis, here 3, 5 and 8 degrees.
+# The gyroscope runs at 100 Hz and is noisy, 0.03 rad/s/√Hz. The camera's noise is a Bingham distribution about the
+# identity: 1/√(−2z) is half the standard deviation of the rotation about each axis, here 3, 5 and 8 degrees.
 
 rate, noise_density = 100.0, 0.03
 rng = np.random.default_rng(7)
@@ -59,11 +59,11 @@ def degrees_between(p, q):
 
 some = np.arange(5, len(t), 5)
 error = degrees_between(track.modes[some], motion.orientation[some])
-bound = np.degrees(2.0 * track.laws[some].credible_angle(0.95))
+bound = np.degrees(2.0 * track.distributions[some].credible_angle(0.95))
 print(f"{np.mean(error <= bound):.1%} of the errors lie within the 95 % bound")
 
-truth = continuous(motion.orientation)
-modes = continuous(np.vstack([truth[:1], track.modes]))[1:]
+truth = align_signs(motion.orientation)
+modes = align_signs(np.vstack([truth[:1], track.modes]))[1:]
 points = np.where(np.sum(seen * truth, axis=1, keepdims=True) < 0.0, -seen, seen)
 
 figure, (top, bottom) = plt.subplots(2, 1, figsize=(8.0, 5.0), sharex=True, height_ratios=[3, 2], layout="constrained")

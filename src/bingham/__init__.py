@@ -51,10 +51,10 @@ if TYPE_CHECKING:  # what the table below loads, for editors and type checkers
     from bingham.filters.tune import tune as tune
     from bingham.filters.wrapped_normal import DoubledAngleState as DoubledAngleState
     from bingham.filters.wrapped_normal import WrappedNormalFilter as WrappedNormalFilter
+    from bingham.models.motion import ControlledRotation as ControlledRotation
     from bingham.models.motion import Diffusion as Diffusion
     from bingham.models.motion import Gyroscope as Gyroscope
-    from bingham.models.motion import KnownRotation as KnownRotation
-    from bingham.models.motion import NoisyIdentity as NoisyIdentity
+    from bingham.models.motion import RandomWalk as RandomWalk
     from bingham.models.sensors import HeadingSensor as HeadingSensor
     from bingham.models.sensors import OrientationSensor as OrientationSensor
     from bingham.models.sensors import VectorSensor as VectorSensor
@@ -93,9 +93,9 @@ _PUBLIC = {
     "InertialFilter": "filters.inertial",
     "InvalidArgumentError": "errors",
     "KalmanTrack": "filters.gaussian",
-    "KnownRotation": "models.motion",
+    "ControlledRotation": "models.motion",
     "MixtureFilter": "filters.mixture_filter",
-    "NoisyIdentity": "models.motion",
+    "RandomWalk": "models.motion",
     "OrientationRecording": "recording",
     "OrientationSensor": "models.sensors",
     "PlaneDirections": "surfaces.segmentation",

@@ -1,4 +1,4 @@
-"""Exceptions of the package; each message names the argument, what was expected, what came and the remedy."""
+"""Exceptions of the package; each message names the argument, what was expected, what came and the hint."""
 
 from __future__ import annotations
 
@@ -45,22 +45,22 @@ class InvalidArgumentError(BinghamError, ValueError):
         What the contract asks for.
     got : object
         What came instead; kept in ``value``, cut short in the message.
-    remedy : str
-        How to mend the call.
+    hint : str
+        How to fix the call.
     """
 
-    def __init__(self, argument: str, expected: str, got: Any, remedy: str = "") -> None:
+    def __init__(self, argument: str, expected: str, got: Any, hint: str = "") -> None:
         self.argument = argument
         self.value = got
-        super().__init__(f"{argument}: expected {expected}, got {_brief(got)}" + (f"; {remedy}" if remedy else ""))
+        super().__init__(f"{argument}: expected {expected}, got {_brief(got)}" + (f"; {hint}" if hint else ""))
 
 
 class ConvergenceError(BinghamError, ArithmeticError):
     """An iteration stopped before its tolerance; `reached` holds the best value so far."""
 
-    def __init__(self, what: str, reached: Any, remedy: str = "") -> None:
+    def __init__(self, what: str, reached: Any, hint: str = "") -> None:
         self.reached = reached
-        super().__init__(f"{what}; reached {_brief(reached)}" + (f"; {remedy}" if remedy else ""))
+        super().__init__(f"{what}; reached {_brief(reached)}" + (f"; {hint}" if hint else ""))
 
 
 class RecordingError(BinghamError, ValueError):
@@ -74,15 +74,15 @@ class RecordingError(BinghamError, ValueError):
         Line, column or field inside the file; empty when the file as a whole is at fault.
     problem : str
         What is wrong there.
-    remedy : str
-        How to mend the file or the call.
+    hint : str
+        How to fix the file or the call.
     """
 
-    def __init__(self, path: Any, place: str, problem: str, remedy: str = "") -> None:
+    def __init__(self, path: Any, place: str, problem: str, hint: str = "") -> None:
         self.path = str(path)
         self.place = place
         where = f"{path}: {place}" if place else f"{path}"
-        super().__init__(f"{where}: {problem}" + (f"; {remedy}" if remedy else ""))
+        super().__init__(f"{where}: {problem}" + (f"; {hint}" if hint else ""))
 
 
 class MissingExtraError(BinghamError, ImportError):

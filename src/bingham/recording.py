@@ -44,11 +44,11 @@ SWAPPED = "Check the order: time, gyroscope, accelerometer, magnetometer"
 class RowError(InvalidArgumentError):
     """A row of a recording breaks the contract; a reader turns `index` into a place of its file."""
 
-    def __init__(self, argument: str, index: int, expected: str, got: str, remedy: str = "") -> None:
+    def __init__(self, argument: str, index: int, expected: str, got: str, hint: str = "") -> None:
         self.index = index
         self.problem = f"expected {expected}, got {got}"
-        self.remedy = remedy
-        super().__init__(argument, expected, f"{got} at index {index}", remedy)
+        self.hint = hint
+        super().__init__(argument, expected, f"{got} at index {index}", hint)
 
 
 def as_seconds(values: ArrayLike, name: str = "time", longest_step: float | None = None) -> NDArray[np.float64]:
@@ -66,29 +66,31 @@ def as_seconds(values: ArrayLike, name: str = "time", longest_step: float | None
     Raises
     ------
     RowError
-        If they are dates or cannot be seconds: above 1e12, or whole numbers usually more than 1e5 apart.
+        If they are dates or cannot be seconds: above 1e12, or integers usually more than 1e5 apart.
     """
     raw = np.asarray(values)
     if raw.dtype.kind in "mM":
-        remedy = "divide by np.timedelta64(1, 's'), dates after subtracting the first"
-        raise RowError(name, 0, "float seconds", f"{raw.dtype}", remedy)
+        hint = "divide by np.timedelta64(1, 's'), dates after subtracting the first"
+        raise RowError(name, 0, "float seconds", f"{raw.dtype}", hint)
     time = _floats(name, values)
     if time.ndim != 1 or not len(time):
         return time
     largest = int(np.argmax(np.where(np.isfinite(time), np.abs(time), 0.0)))
     if abs(time[largest]) >= NEVER_SECONDS and np.isfinite(time[largest]):
-        unit = next(u for u, least in (("nano", 1e17), ("micro", 1e14), ("milli", 0.0)) if abs(time[largest]) >= least)
+        unit = next(
+            u for u, minimum in (("nano", 1e17), ("micro", 1e14), ("milli", 0.0)) if abs(time[largest]) >= minimum
+        )
         factor = {"nano": "1e-9", "micro": "1e-6", "milli": "1e-3"}[unit]
         raise RowError(
             name, largest, "seconds", f"{time[largest]:.6g}", f"are these {unit}seconds? Multiply by {factor}"
         )
     step = float(np.median(np.diff(time))) if len(time) > 1 else 0.0
     if longest_step is not None and step >= longest_step:
-        remedy = "are these nano- or microseconds? Multiply by 1e-9 or 1e-6"
-        raise RowError(name, 1, "seconds of a gyroscope", f"steps of {step:.6g}", remedy)
+        hint = "are these nano- or microseconds? Multiply by 1e-9 or 1e-6"
+        raise RowError(name, 1, "seconds of a gyroscope", f"steps of {step:.6g}", hint)
     if raw.dtype.kind in "iu" and step >= LONG_STEP:
-        remedy = "are these nanoseconds? Multiply by 1e-9; seconds so far apart are taken as floats"
-        raise RowError(name, 1, "seconds", f"whole numbers in steps of {step:.6g}", remedy)
+        hint = "are these nanoseconds? Multiply by 1e-9; seconds so far apart are taken as floats"
+        raise RowError(name, 1, "seconds", f"integers in steps of {step:.6g}", hint)
     return time
 
 
@@ -198,7 +200,7 @@ class ImuRecording:
     ------
     InvalidArgumentError
         If a shape, a time, a norm (beyond 1e-6) or a value does not fit, or if the body usually turns by more than
-        half a turn in the second or more between samples.
+        half a rotation in the second or more between samples.
 
     Warns
     -----
@@ -244,9 +246,11 @@ class ImuRecording:
         turn = step * float(np.median(np.linalg.norm(self.gyroscope, axis=1)))
         if step >= SELDOM and turn > np.pi:
             got = f"steps of {step:.4g} s with {turn:.3g} rad in each"
-            raise RowError("time", 1, "less than half a turn between samples", got, "milliseconds? Multiply by 1e-3")
+            raise RowError(
+                "time", 1, "less than half a rotation between samples", got, "milliseconds? Multiply by 1e-3"
+            )
         for doubt in doubts(self):
-            message = f"{self.name}: {doubt.quantity}: {doubt.question} {doubt.remedy}"
+            message = f"{self.name}: {doubt.quantity}: {doubt.question} {doubt.hint}"
             warnings.warn(message, RecordingWarning, stacklevel=3)
 
     @property
@@ -281,7 +285,7 @@ class Doubt(NamedTuple):
     quantity: str
     question: str
     unit: str
-    remedy: str
+    hint: str
 
 
 def doubts(recording: ImuRecording) -> list[Doubt]:
@@ -305,7 +309,7 @@ def doubts(recording: ImuRecording) -> list[Doubt]:
         question = f"usually {usual:.3g} rad/s, the number of gravity in m/s²: the accelerometer's?"
         found.append(Doubt("gyroscope", question, "", SWAPPED))
     if fastest > TOO_FAST:
-        question = f"up to {fastest:.3g} rad/s, {fastest / 2 / np.pi:.0f} turns a second: degrees/s?"
+        question = f"up to {fastest:.3g} rad/s, {fastest / 2 / np.pi:.0f} revolutions a second: degrees/s?"
         found.append(Doubt("gyroscope", question, "deg_s", "Multiply by π/180"))
     return found
 
@@ -341,8 +345,8 @@ def _times(values: ArrayLike, longest_step: float | None = None) -> NDArray[np.f
     steps = np.diff(time)
     if not (steps > 0).all():
         k = int(np.argmax(steps <= 0)) + 1
-        remedy = "drop duplicates" if steps[k - 1] == 0 else "sort by time"
-        raise RowError("time", k, "strictly increasing seconds", f"{time[k]} after {time[k - 1]}", remedy)
+        hint = "drop duplicates" if steps[k - 1] == 0 else "sort by time"
+        raise RowError("time", k, "strictly increasing seconds", f"{time[k]} after {time[k - 1]}", hint)
     return time
 
 

@@ -1,6 +1,6 @@
 """Array functions of Hamilton quaternions, scalar first (w, x, y, z), and of unit complex numbers (d = 2).
 
-A quaternion q turns body vectors into the world: v_world = q ⊗ v_body ⊗ q*. Nothing here flips a sign unasked.
+A quaternion q rotates body vectors into the world: v_world = q ⊗ v_body ⊗ q*. Nothing here flips a sign unasked.
 """
 
 from __future__ import annotations
@@ -15,11 +15,11 @@ from scipy.spatial.transform import Rotation
 from bingham.errors import InvalidArgumentError
 
 __all__ = [
+    "align_signs",
     "as_quaternion",
     "canonical",
     "compose",
     "conjugate",
-    "continuous",
     "from_rotation_vector",
     "left_matrix",
     "right_matrix",
@@ -35,7 +35,7 @@ UNIT_TOLERANCE = 1e-6
 
 
 def as_quaternion(x: ArrayLike | Rotation, *, scalar_first: bool | None = None, name: str = "x") -> FloatArray:
-    """Return unit quaternions (..., 4), scalar first, from an array in a stated order or from a SciPy ``Rotation``.
+    """Return unit quaternions (..., 4), scalar first, from an array in a named order or from a SciPy ``Rotation``.
 
     Parameters
     ----------
@@ -49,7 +49,7 @@ def as_quaternion(x: ArrayLike | Rotation, *, scalar_first: bool | None = None, 
     Raises
     ------
     InvalidArgumentError
-        If the order is not stated, the shape is not (..., 4), or a quaternion is not of unit length.
+        If the order is not reported, the shape is not (..., 4), or a quaternion is not of unit length.
 
     Examples
     --------
@@ -72,15 +72,15 @@ def as_quaternion(x: ArrayLike | Rotation, *, scalar_first: bool | None = None, 
     return q if scalar_first else np.roll(q, 1, axis=-1)
 
 
-def plain(x: ArrayLike | Rotation) -> ArrayLike:
+def as_array(x: ArrayLike | Rotation) -> ArrayLike:
     """Return (w, x, y, z) of a `Rotation`, anything else as it is."""
     return x.as_quat(scalar_first=True) if isinstance(x, Rotation) else x
 
 
-def numbers(x: Any, name: str) -> FloatArray:
-    """Return x as a new float64 array; text, ragged rows and other things without numbers are refused."""
+def as_numbers(x: Any, name: str) -> FloatArray:
+    """Return x as a new float64 array; text, ragged rows and other things without numbers are rejected."""
     try:
-        return np.array(plain(x), dtype=np.float64)
+        return np.array(as_array(x), dtype=np.float64)
     except (TypeError, ValueError):
         got = repr(x) if isinstance(x, str) else f"a {type(x).__name__} that makes none"
         raise InvalidArgumentError(name, "an array of numbers", got) from None
@@ -88,7 +88,7 @@ def numbers(x: Any, name: str) -> FloatArray:
 
 def unit_rows(x: ArrayLike | Rotation, d: int | None, name: str) -> FloatArray:
     """Return x (..., d) as float64 with rows of exactly unit length; `Rotation` becomes (w, x, y, z)."""
-    a = numbers(x, name)
+    a = as_numbers(x, name)
     if a.ndim == 0 or (d is not None and a.shape[-1] != d):
         raise InvalidArgumentError(name, f"shape (..., {d if d is not None else 'd'})", a.shape)
     norm = np.linalg.norm(a, axis=-1, keepdims=True)
@@ -108,7 +108,7 @@ def unit_rows(x: ArrayLike | Rotation, d: int | None, name: str) -> FloatArray:
 
 def unit_or_missing(x: ArrayLike | Rotation, d: int, name: str) -> FloatArray:
     """Return x (..., d), as `unit_rows`, where rows may be NaN throughout: missing measurements."""
-    a = numbers(x, name)
+    a = as_numbers(x, name)
     if a.shape[-1:] != (d,):
         raise InvalidArgumentError(name, f"shape (..., {d})", a.shape)
     missing_rows(a, name)
@@ -126,7 +126,7 @@ def unit_or_missing(x: ArrayLike | Rotation, d: int, name: str) -> FloatArray:
 
 
 def missing_rows(a: FloatArray, name: str) -> NDArray[np.bool_]:
-    """Return which rows of a (..., n) are NaN throughout; refuse rows that are so in part."""
+    """Return which rows of a (..., n) are NaN throughout; reject rows that are so in part."""
     # One pass over complete data: a sum is NaN where any entry is.
     missing = np.isnan(a.sum(axis=-1))
     rows = a.reshape(-1, a.shape[-1])[missing.ravel()]
@@ -165,7 +165,7 @@ def unit_row(x: ArrayLike | Rotation, d: int, name: str) -> FloatArray:
             return x
         if abs(square - 1.0) <= UNIT_TOLERANCE:
             return x / math.sqrt(square)
-    a = np.atleast_1d(numbers(x, name))
+    a = np.atleast_1d(as_numbers(x, name))
     missing_rows(a, name)
     a = unit_rows(a, d, name)
     if a.shape != (d,):
@@ -247,9 +247,9 @@ def to_rotation_vector(q: ArrayLike) -> FloatArray:
 def rotate(q: ArrayLike | Rotation, v: ArrayLike) -> FloatArray:
     """Return q ⊗ v ⊗ q* for vectors v (..., 3): body coordinates into world coordinates.
 
-    q (..., 4) and v broadcast. A q whose length is not 1 within 1e-6 is refused; NaN gives NaN.
+    q (..., 4) and v broadcast. A q whose length is not 1 within 1e-6 is rejected; NaN gives NaN.
     """
-    a, b = np.asarray(plain(q), dtype=np.float64), np.asarray(v, dtype=np.float64)
+    a, b = np.asarray(as_array(q), dtype=np.float64), np.asarray(v, dtype=np.float64)
     if a.shape[-1:] != (4,):
         raise InvalidArgumentError("q", "shape (..., 4)", a.shape)
     if b.shape[-1:] != (3,):
@@ -258,8 +258,8 @@ def rotate(q: ArrayLike | Rotation, v: ArrayLike) -> FloatArray:
     # 2e-6 of the square are 1e-6 of the length; comparisons with NaN are false.
     if np.any(np.abs(square - 1.0) > 2.0 * UNIT_TOLERANCE):
         worst = float(np.sqrt(square.flat[np.nanargmax(np.abs(square - 1.0))]))
-        remedy = "normalise them first if that is meant"
-        raise InvalidArgumentError("q", f"unit quaternions within {UNIT_TOLERANCE:g}", f"length {worst:.9g}", remedy)
+        hint = "normalise them first if that is meant"
+        raise InvalidArgumentError("q", f"unit quaternions within {UNIT_TOLERANCE:g}", f"length {worst:.9g}", hint)
     t = 2.0 * np.cross(a[..., 1:], b)
     return b + a[..., :1] * t + np.cross(a[..., 1:], t)
 
@@ -276,17 +276,17 @@ def canonical(q: ArrayLike) -> FloatArray:
     return np.where(first < 0.0, -a, a)
 
 
-def continuous(q: ArrayLike) -> FloatArray:
+def align_signs(q: ArrayLike) -> FloatArray:
     """Return ±q (T, d) with qₜ·qₜ₊₁ ≥ 0: no sign jumps along the first axis; the first row keeps its sign.
 
     Missing rows, NaN, are stepped over: the row after a gap agrees with the last one before it.
 
     Examples
     --------
-    >>> continuous([[1.0, 0.0], [np.nan, np.nan], [-1.0, 0.0]])[2] + 0.0
+    >>> align_signs([[1.0, 0.0], [np.nan, np.nan], [-1.0, 0.0]])[2] + 0.0
     array([1., 0.])
     """
-    a = numbers(q, "q")
+    a = as_numbers(q, "q")
     if a.ndim != 2:
         raise InvalidArgumentError("q", "one sequence, shape (T, d)", a.shape)
     there = ~np.isnan(a).any(axis=1)

@@ -48,8 +48,8 @@ def axes_in_plane(tmp_path):
     angle = 0.3 * time
     truth = np.stack([np.cos(angle), np.sin(angle)], axis=1)
     noise = Bingham([-0.5 / 0.04**2, 0.0], np.eye(2)[:, ::-1]).rvs(200, rng=2)
-    turned = np.stack([truth[:, 0] * noise[:, 0] - truth[:, 1] * noise[:, 1],
+    rotated = np.stack([truth[:, 0] * noise[:, 0] - truth[:, 1] * noise[:, 1],
                        truth[:, 0] * noise[:, 1] + truth[:, 1] * noise[:, 0]], axis=1)  # fmt: skip
     path = tmp_path / "axis.csv"
-    write_csv(path, OrientationRecording("axis", time, turned, truth=truth))
+    write_csv(path, OrientationRecording("axis", time, rotated, truth=truth))
     return path

@@ -54,36 +54,38 @@ def test_the_track_is_in_the_bag_beside_its_topics(bingham, recording, tmp_path,
     assert [row for row in messages(copy_of(path, out))[1] if row[0] != "/imu/bingham"] == messages(path)[1]
 
     track = read_track(out / "walk.track.npz")
-    stated = read_rosbag_orientation(copy_of(path, out), imu_topic="/imu/bingham")
-    np.testing.assert_array_equal(stated.orientation, track["modes"])
+    reported = read_rosbag_orientation(copy_of(path, out), imu_topic="/imu/bingham")
+    np.testing.assert_array_equal(reported.orientation, track["modes"])
     # The npz file has the covariance in the body, the message in the world: the angle between is large here.
     turn = to_rotation(track["modes"]).as_matrix()
-    turned = turn @ track["covariance"] @ np.swapaxes(turn, 1, 2)
-    np.testing.assert_allclose(stated.covariance, turned, rtol=1e-6, atol=1e-12)
-    assert np.abs(stated.covariance - track["covariance"]).max() > 0.1 * np.abs(stated.covariance).max()
+    rotated = turn @ track["covariance"] @ np.swapaxes(turn, 1, 2)
+    np.testing.assert_allclose(reported.covariance, rotated, rtol=1e-6, atol=1e-12)
+    assert np.abs(reported.covariance - track["covariance"]).max() > 0.1 * np.abs(reported.covariance).max()
     rows = [m for m in messages(copy_of(path, out))[2] if m.__msgtype__.endswith("Imu")][1::2]
     rate = [m.angular_velocity.z for m in rows]
     np.testing.assert_allclose(rate, recording.gyroscope[:, 2] - track["bias"][:, 2], rtol=1e-12)
-    errors = broad_rmse(stated.orientation[200:], recording.reference[200:])
+    errors = broad_rmse(reported.orientation[200:], recording.reference[200:])
     assert np.degrees(errors.total) < 2.0
 
 
 def test_an_unknown_heading_is_a_finite_covariance(bingham, recording, tmp_path):
     path = write("sqlite", tmp_path / "in", replace(recording, magnetometer=None), magnetometer=False)
     assert bingham("track", path, "--bag", "--no-figure", "-o", tmp_path / "out").exit_code == 0
-    stated = read_rosbag_orientation(tmp_path / "out/walk.track", imu_topic="/imu/bingham")
-    np.testing.assert_allclose(stated.covariance[:, 2, 2], np.pi**2 / 3, rtol=1e-6)
-    assert np.max(stated.covariance[100:, 0, 0]) < 1e-2
+    reported = read_rosbag_orientation(tmp_path / "out/walk.track", imu_topic="/imu/bingham")
+    np.testing.assert_allclose(reported.covariance[:, 2, 2], np.pi**2 / 3, rtol=1e-6)
+    assert np.max(reported.covariance[100:, 0, 0]) < 1e-2
 
 
-def test_a_law_without_a_mode_is_a_finite_covariance():
+def test_a_distribution_without_a_mode_is_a_finite_covariance():
     tilt, heading = 0.01, np.pi**2 / 3
     about_the_vertical = np.array([[0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1], [1, 0, 0, 0]], dtype=float).T
     girdle = Bingham([-2 / tilt, -2 / tilt, 0.0, 0.0], about_the_vertical)
     clear = Bingham.from_covariance([1.0, 0, 0, 0], 0.01 * np.eye(3), frame="world")
-    laws = [girdle, Bingham.uniform(4), clear]
+    distributions = [girdle, Bingham.uniform(4), clear]
     nothing = np.zeros(3)
-    track = Track(None, np.array([p.z for p in laws]), np.array([p.M for p in laws]), nothing, nothing, nothing)
+    track = Track(
+        None, np.array([p.z for p in distributions]), np.array([p.M for p in distributions]), nothing, nothing, nothing
+    )
     found = world_covariance(of_track(track))
     assert np.isfinite(found).all()
     np.testing.assert_allclose(found[0], np.diag([tilt, tilt, heading]), rtol=0.02, atol=1e-9)
@@ -124,7 +126,7 @@ def test_a_wrong_topic_is_one_line_and_no_output(bingham, recording, tmp_path, o
     assert not (tmp_path / "out").exists()
 
 
-def test_what_is_no_bag_is_refused(bingham, imu, tmp_path):
+def test_what_is_no_bag_is_rejected(bingham, imu, tmp_path):
     result = bingham("track", imu, "--bag", "-o", tmp_path / "out")
     assert result.exit_code == 2
     assert result.stderr == f"bingham: --bag: expected ROS bags only, got {imu}; leave --bag out\n"

@@ -36,11 +36,11 @@ def test_parameters_of_quaternions_lie_within_their_errors(bingham, quaternions)
     row = json.loads(bingham("fit", quaternions, "--json").stdout)
     pull = (np.array(row["concentrations"]) - [-60, -40, -20, 0])[:3] / np.array(row["concentration_errors"])[:3]
     assert np.all(np.abs(pull) < 4)
-    law = Bingham(row["concentrations"], np.array(row["axes"]).T)
-    assert row["entropy"] == pytest.approx(law.entropy(), rel=1e-12)
-    # The maximum-likelihood law has entropy −E log f over its own sample.
+    distribution = Bingham(row["concentrations"], np.array(row["axes"]).T)
+    assert row["entropy"] == pytest.approx(distribution.entropy(), rel=1e-12)
+    # The maximum-likelihood distribution has entropy −E log f over its own sample.
     assert row["log_likelihood"] == pytest.approx(-400 * row["entropy"], rel=1e-9)
-    assert row["credible_rotation_95_deg"] == pytest.approx(2 * np.degrees(law.credible_angle(0.95)), rel=1e-9)
+    assert row["credible_rotation_95_deg"] == pytest.approx(2 * np.degrees(distribution.credible_angle(0.95)), rel=1e-9)
 
 
 @pytest.mark.parametrize(("d", "names"), [(2, "x,y"), (3, "n,e,d"), (3, "x,y,z"), (4, "qw,qx,qy,qz")])
@@ -66,7 +66,7 @@ def test_five_dimensions_have_numbers_but_no_figure(bingham, tmp_path):
     assert not (tmp_path / "out").exists()
 
 
-def test_axes_on_a_smaller_sphere_are_refused_with_the_file(bingham, tmp_path):
+def test_axes_on_a_smaller_sphere_are_rejected_with_the_file(bingham, tmp_path):
     path = tmp_path / "flat.csv"
     path.write_text("n,e,d\n1,0,0\n0,1,0\n0.6,0.8,0\n")
     result = bingham("fit", path)

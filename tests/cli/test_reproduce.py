@@ -121,7 +121,7 @@ def test_a_file_in_the_way_is_found_before_the_runs(bingham, tmp_path, monkeypat
     assert in_the_way.read_text() == "kept"
 
 
-def test_options_without_effect_are_refused(bingham, tmp_path):
+def test_options_without_effect_are_rejected(bingham, tmp_path):
     for arguments, message in [
         (("kurz2013", "--recording", tmp_path / "a.csv"), "--recording: expected a study that takes one (madaan2017)"),
         (("kurz2013", "--jobs", 1, "--scheduler", "tcp://10.0.0.5:8786"), "--jobs: expected no --scheduler"),

@@ -82,7 +82,7 @@ def test_the_rest_unless_given_suits_the_duration(bingham, tmp_path, duration, r
     assert still == 100 * rest + 1
 
 
-def test_a_negative_seed_is_refused(bingham, tmp_path):
+def test_a_negative_seed_is_rejected(bingham, tmp_path):
     result = bingham("simulate", "tumbling", "--seed", -1, "-o", tmp_path / "x.npz")
     assert (result.exit_code, list(tmp_path.iterdir())) == (2, [])
     assert "--seed" in result.stderr

@@ -112,14 +112,14 @@ def test_summary_for_people(bingham, imu, tmp_path):
     assert line.split()[:4] == ["imu", "601", "12.0", "s"]
 
 
-@pytest.mark.parametrize(("stated", "doubted"), [(0.1, False), (0.03, True)])
-def test_many_rejected_orientations_put_the_noise_in_doubt(bingham, tmp_path, stated, doubted):
-    """Noise of 0.1 rad: stated as a third of that, a gate of 99.9 % refuses much more than 10 %."""
+@pytest.mark.parametrize(("reported", "doubted"), [(0.1, False), (0.03, True)])
+def test_many_rejected_orientations_put_the_noise_in_doubt(bingham, tmp_path, reported, doubted):
+    """Noise of 0.1 rad: reported as a third of that, a gate of 99.9 % rejects much more than 10 %."""
     noise = Bingham.from_covariance([1.0, 0, 0, 0], 0.1**2 * np.eye(3), frame="body")
     rows = np.column_stack([0.01 * np.arange(400), noise.rvs(400, rng=1)])
     path = tmp_path / "still.csv"
     np.savetxt(path, rows, delimiter=",", header="t,qw,qx,qy,qz", comments="", fmt="%.17g")
-    result = bingham("track", path, "--no-figure", "--measurement-noise", stated, "-o", tmp_path / "out")
+    result = bingham("track", path, "--no-figure", "--measurement-noise", reported, "-o", tmp_path / "out")
     assert result.exit_code == 0, result.stderr
     assert ("Over 10 % rejected: still. Larger --measurement-noise" in result.stdout) == doubted
 
@@ -193,7 +193,7 @@ def test_noise_that_leaves_no_mode_is_named_by_its_option(bingham, tmp_path):
     assert result.stderr.endswith("got 2.3; degrees? Multiply by π/180\n")
 
 
-def test_tum_of_axes_in_the_plane_is_refused(bingham, imu, axes_in_plane, tmp_path):
+def test_tum_of_axes_in_the_plane_is_rejected(bingham, imu, axes_in_plane, tmp_path):
     result = bingham("track", imu, axes_in_plane, "--tum", "--no-figure", "-o", tmp_path / "out")
     assert result.exit_code == 2
     message = f"--tum: expected orientations in space, got {axes_in_plane}, axes in the plane; leave --tum out"
@@ -201,7 +201,7 @@ def test_tum_of_axes_in_the_plane_is_refused(bingham, imu, axes_in_plane, tmp_pa
     assert not (tmp_path / "out").exists()
 
 
-def test_options_without_effect_on_any_recording_are_refused(bingham, imu, axes_in_plane, tmp_path):
+def test_options_without_effect_on_any_recording_are_rejected(bingham, imu, axes_in_plane, tmp_path):
     given = ("--plain", "--gate", 0.99, "--no-figure", "-o", tmp_path / "out")
     result = bingham("track", axes_in_plane, *given)
     assert result.exit_code == 2
@@ -210,7 +210,7 @@ def test_options_without_effect_on_any_recording_are_refused(bingham, imu, axes_
     assert bingham("track", axes_in_plane, imu, *given).exit_code == 0
 
 
-def test_two_recordings_of_one_name_are_refused(bingham, imu, tmp_path):
+def test_two_recordings_of_one_name_are_rejected(bingham, imu, tmp_path):
     result = bingham("track", imu, imu, "-o", tmp_path / "out")
     assert result.exit_code == 2
     assert result.stderr == "bingham: RECORDING: expected files of different names, got imu; run them one by one\n"
@@ -231,7 +231,7 @@ def test_files_of_a_sequence_are_named_after_it(bingham, tmp_path, place):
     assert written == {f"V1_0{k}.track.{kind}" for k in (1, 2) for kind in ("csv", "npz")}
 
 
-def test_a_file_in_the_place_of_the_folder_is_refused(bingham, imu, tmp_path):
+def test_a_file_in_the_place_of_the_folder_is_rejected(bingham, imu, tmp_path):
     result = bingham("track", imu, "-o", imu)
     assert result.exit_code == 2
     assert "a file, where a folder is to be written" in result.stderr
@@ -297,7 +297,7 @@ def test_without_an_accelerometer_only_the_plain_filter_runs(bingham, tumbling, 
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])
 def test_a_magnetometer_mostly_rejected_is_doubted(bingham, tumbling, tmp_path, sign):
-    """Mirrored, its field turns the wrong way."""
+    """Mirrored, its field rotates the wrong way."""
     write_npz(tmp_path / "m.npz", replace(tumbling, magnetometer=np.array(tumbling.magnetometer) * [1.0, 1.0, sign]))
     result = bingham("track", tmp_path / "m.npz", "--no-figure", "-o", tmp_path / "out")
     assert result.exit_code == 0

@@ -32,7 +32,7 @@ def test_plane_moments_are_bessel_ratios(z1):
 
 @pytest.mark.parametrize("z", [[-900.0, -500.0, -3.0, 0.0], [0.0] * 4, [-1e5] * 3 + [0.0], [-1e5, -1e5, 0.0, 0.0],
                                [-20.0, -1.0, 0.0], [-5.0, 0.0], [-1e5, 0.0]])  # fmt: skip
-def test_samples_have_the_moments_of_the_law(z):
+def test_samples_have_the_moments_of_the_distribution(z):
     n = 400_000
     d = len(z)
     p = Bingham(z, random_frame(d, 1))
@@ -43,7 +43,7 @@ def test_samples_have_the_moments_of_the_law(z):
 
     error = np.sqrt(np.einsum("ii->i", log_normalizer_derivatives(p.z)[2]) / n)
     assert np.all(np.abs(square.mean(0) - p.axis_moments) <= 4 * error + 1e-15)
-    if z[0] == -900.0:  # the control: moments of a law 2 % wider are told apart
+    if z[0] == -900.0:  # the control: moments of a distribution 2 % wider are told apart
         assert np.any(np.abs(square.mean(0) - moments(0.98 * p.z)) > 4 * error)
 
 
@@ -76,7 +76,7 @@ def test_true_composed_density_integrates_to_one_and_has_the_matched_moment():
 
 
 @pytest.mark.parametrize(("z", "d"), [([-40.0, -15.0, -5.0, 0.0], 4), ([-8.0, -2.0, 0.0], 3), ([-3.0, 0.0], 2)])
-def test_fit_recovers_the_law_within_its_standard_errors(z, d):
+def test_fit_recovers_the_distribution_within_its_standard_errors(z, d):
     p = Bingham(z, random_frame(d, 9))
     n = 200_000
     x = p.rvs(n, rng=10)
@@ -159,7 +159,7 @@ def test_covariance_frames_differ_by_the_rotation_of_the_mode():
     np.testing.assert_allclose(p.covariance(frame="world"), r @ p.covariance(frame="body") @ r.T, atol=1e-14)
 
 
-def test_covariance_is_refused_without_a_clear_mode():
+def test_covariance_is_rejected_without_a_clear_mode():
     with pytest.raises(InvalidArgumentError, match="clear mode"):
         Bingham.uniform(4).covariance(frame="body")
     assert np.isnan(Bingham([-100, -100, 0, 0], np.eye(4)).covariance(frame="world", undefined="nan")).all()
@@ -206,9 +206,9 @@ def test_order_of_entries_is_free():
     (lambda: Bingham.uniform(2).logpdf([np.nan, 0.0]), "x: expected unit vectors .* got NaN; drop rows of NaN"),
     (lambda: Bingham.fit([[1.0, 0.0], [np.nan, 0.0]]), "x: expected unit vectors .* got NaN at row 1; drop"),
     (lambda: Bingham.uniform(2).logpdf([[1.0, 0.0], [2.0, 0.0]]), "got length 2 at row 1; normalise"),
-    (lambda: Bingham.uniform(4).covariance(frame="body"), "law: expected one clear mode"),
+    (lambda: Bingham.uniform(4).covariance(frame="body"), "distribution: expected one clear mode"),
     (lambda: Bingham.uniform(3).compose(Bingham.uniform(3)), "dimension 2 or 4"),
-    (lambda: Bingham.uniform(3).multiply(Bingham.uniform(4)), "other: expected a law of dimension 3"),
+    (lambda: Bingham.uniform(3).multiply(Bingham.uniform(4)), "other: expected a distribution of dimension 3"),
     (lambda: Bingham.uniform(4).credible_angle(1.5), "p: expected probabilities"),
     (lambda: Bingham.fit(np.eye(3), [1.0, 1.0]), r"weights: expected one for each sample, shape \(3,\), got \(2,\)"),
     (lambda: Bingham.fit(np.eye(2), ["a", "b"]), "weights: expected an array of numbers"),
@@ -216,7 +216,7 @@ def test_order_of_entries_is_free():
     (lambda: Bingham([-1.0, 0.0], "abc"), "M: expected an array of numbers, got 'abc'"),
     (lambda: Bingham(np.zeros((2, 3)), np.tile(np.eye(3), (4, 1, 1))), "M: expected a batch to go with z"),
     (lambda: Bingham.uniform(3).standard_errors(np.eye(3)), r"n: .*samples.* got an array of shape \(3, 3\)"),
-    (lambda: Bingham.uniform(2.5), "d: expected a whole number ≥ 2, got 2[.]5"),
+    (lambda: Bingham.uniform(2.5), "d: expected an integer ≥ 2, got 2[.]5"),
     (lambda: Bingham.uniform(3).rvs(2, rng="a"), "rng: expected None, .*got 'a'"),
     (lambda: Bingham.uniform(3).kl_divergence(np.eye(3)), "other: expected a Bingham, got an array"),
     (lambda: BinghamMixture([0.5, 0.5], [Bingham.uniform(3)] * 2), "components: expected a Bingham, got a list; one"),
@@ -244,6 +244,6 @@ def test_sizes_of_samples_are_whole_numbers(size):
 
 
 def test_shapes_of_samples():
-    law = Bingham.uniform(4)
+    distribution = Bingham.uniform(4)
     for size, shape in ((None, (4,)), (np.int64(3), (3, 4)), ((), (4,)), ((2, 0), (2, 0, 4)), (0, (0, 4))):
-        assert law.rvs(size, rng=0).shape == shape
+        assert distribution.rvs(size, rng=0).shape == shape

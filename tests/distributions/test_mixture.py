@@ -1,4 +1,4 @@
-"""The mixture as a law: normalisation, algebra and entropy against integrals and samples."""
+"""The mixture as a distribution: normalisation, algebra and entropy against integrals and samples."""
 
 import numpy as np
 import pytest
@@ -13,10 +13,10 @@ def random_mixture(rng, d, size, background=0.0, low=50.0, high=500.0, separatio
         frames = np.stack([np.linalg.qr(rng.standard_normal((d, d)))[0] for _ in range(size)])
         z = np.zeros((size, d))
         z[:, :-1] = -np.exp(rng.uniform(np.log(low), np.log(high), (size, d - 1)))
-        laws = Bingham(z, frames)
-        cosine = np.abs(laws.mode @ laws.mode.T) - 2.0 * np.eye(size)
+        distributions = Bingham(z, frames)
+        cosine = np.abs(distributions.mode @ distributions.mode.T) - 2.0 * np.eye(size)
         if size == 1 or cosine.max() < np.cos(np.deg2rad(separation)):
-            return BinghamMixture(np.full(size, (1.0 - background) / size), laws, background)
+            return BinghamMixture(np.full(size, (1.0 - background) / size), distributions, background)
 
 
 @pytest.fixture
@@ -49,7 +49,7 @@ def test_entropy_lies_between_its_bounds(planar):
     assert upper - lower < 2.0
 
 
-def test_entropy_bounds_meet_for_one_uniform_law():
+def test_entropy_bounds_meet_for_one_uniform_distribution():
     lower, upper = BinghamMixture.single(Bingham.uniform(3)).entropy_bounds()
     assert lower == pytest.approx(np.log(4.0 * np.pi), rel=1e-12)
     assert upper == pytest.approx(np.log(4.0 * np.pi), rel=1e-12)
@@ -124,13 +124,13 @@ def test_probabilities_sum_to_one_and_follow_bayes():
     assert p.parameter_count == 2 * 5 + 2
 
 
-def test_refuses_what_is_no_mixture():
-    laws = Bingham([[-5.0, 0.0]] * 2, [np.eye(2)] * 2)
+def test_rejects_what_is_no_mixture():
+    distributions = Bingham([[-5.0, 0.0]] * 2, [np.eye(2)] * 2)
     with pytest.raises(InvalidArgumentError, match="weights"):
-        BinghamMixture([0.5, 0.6], laws)
+        BinghamMixture([0.5, 0.6], distributions)
     with pytest.raises(InvalidArgumentError, match="weights"):
-        BinghamMixture([1.0], laws)
+        BinghamMixture([1.0], distributions)
     with pytest.raises(InvalidArgumentError, match="dimension"):
-        BinghamMixture([0.5, 0.5], laws).multiply(Bingham.uniform(3))
+        BinghamMixture([0.5, 0.5], distributions).multiply(Bingham.uniform(3))
     with pytest.raises(AttributeError):
-        BinghamMixture([0.5, 0.5], laws).background = 0.1
+        BinghamMixture([0.5, 0.5], distributions).background = 0.1

@@ -146,7 +146,7 @@ def test_noise_free_data_reach_the_ceiling_only():
     assert fitted.components.z[0, 2] > -1.0
 
 
-def test_refuses_and_says_when_it_fails():
+def test_rejects_and_says_when_it_fails():
     x = np.eye(3)
     with pytest.raises(InvalidArgumentError, match="min_points"):
         BinghamMixture.fit(x, 1)

@@ -1,4 +1,4 @@
-"""Relations to other laws, against the papers' numbers, samples and closed forms."""
+"""Relations to other distributions, against the papers' numbers, samples and closed forms."""
 
 import numpy as np
 import pytest
@@ -77,7 +77,7 @@ def test_von_mises_fisher_on_the_doubled_colatitude(d):
 
 
 def test_bad_input_is_named():
-    with pytest.raises(InvalidArgumentError, match="law: expected dimension 2"):
+    with pytest.raises(InvalidArgumentError, match="distribution: expected dimension 2"):
         to_von_mises(Bingham.uniform(3))
     with pytest.raises(InvalidArgumentError, match="isotropic"):
         to_von_mises_fisher(Bingham([-9.0, -1.0, 0.0], np.eye(3)))

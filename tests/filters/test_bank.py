@@ -1,4 +1,4 @@
-"""Banks: which hypothesis speaks, what they say, and what they refuse."""
+"""Banks: which hypothesis speaks, what they say, and what they reject."""
 
 import numpy as np
 import pytest
@@ -48,7 +48,7 @@ def test_the_banks_evidence_is_that_of_the_mixture_with_the_priors_given():
     a, b = Bingham([-30.0, 0.0], np.eye(2)), Bingham([-3.0, 0.0], np.eye(2)[::-1])
     f = BinghamFilter(Bingham([-200.0, 0.0], np.eye(2)[::-1]), Bingham([-40.0, 0.0], np.eye(2)[::-1]))
     z = [0.6, 0.8]
-    alone = [f.update(law, z)[1].log_evidence for law in (a, b)]
+    alone = [f.update(distribution, z)[1].log_evidence for distribution in (a, b)]
     state, info = FilterBank([f]).update(BankState([a, b], np.log([0.2, 0.8])), z)
     assert info.log_evidence == pytest.approx(np.log(0.2 * np.exp(alone[0]) + 0.8 * np.exp(alone[1])), abs=1e-12)
     assert [m.log_evidence for m in info.members] == alone
@@ -63,26 +63,26 @@ def test_the_bank_says_what_its_members_say():
     gated = BinghamFilter(PROCESS, NOISE, gate=Gate(0.99))
     far = from_rotation_vector([2.0, 0.0, 0.0])
     _, info = FilterBank([gated]).update(BankState([identity, identity]), far)
-    assert not info.accepted and info.reason.startswith("statistic")
+    assert not info.accepted and info.reason.startswith("NIS")
     _, info = FilterBank([gated, BinghamFilter(PROCESS, NOISE)]).update(BankState([identity, identity]), far)
     assert info.accepted and info.reason == "" and [m.accepted for m in info.members] == [False, True]
 
 
 def test_refusals():
-    law = Bingham.uniform(4)
+    distribution = Bingham.uniform(4)
     f = BinghamFilter(PROCESS, NOISE)
     with pytest.raises(InvalidArgumentError, match="members"):
         FilterBank([])
     with pytest.raises(InvalidArgumentError, match="one for each filter"):
-        FilterBank([f, f]).predict(BankState([law]))
+        FilterBank([f, f]).predict(BankState([distribution]))
     with pytest.raises(InvalidArgumentError, match="states: expected at least one"):
         BankState([])
     for wrong in (np.zeros(1), np.zeros(3), 0.0, np.zeros((2, 2))):
         with pytest.raises(InvalidArgumentError, match=r"log_evidence: expected shape \(2,\)"):
-            BankState([law, law], wrong)
+            BankState([distribution, distribution], wrong)
     for wrong in ([np.nan, 0.0], [0.0, np.inf], [-np.inf, -np.inf]):
         with pytest.raises(InvalidArgumentError, match="log_evidence: expected numbers"):
-            BankState([law, law], wrong)
+            BankState([distribution, distribution], wrong)
     kalman = ScalarKalmanFilter(0.1, 0.1)
     batch = AngleState(np.zeros(3), np.ones(3))
     with pytest.raises(InvalidArgumentError, match=r"state: expected single states.* one bank a recording"):

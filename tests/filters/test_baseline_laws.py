@@ -36,7 +36,7 @@ def matrix(function, d):
     return np.stack([function(e) for e in np.eye(d)], axis=-1)
 
 
-def turned(noise, x, side):
+def rotated(noise, x, side):
     """Return the covariance of v ⊗ x or x ⊗ v for that of v."""
     t = matrix((lambda v: compose(v, x)) if side == "left" else (lambda v: compose(x, v)), 4)
     return t @ noise @ t.T
@@ -129,7 +129,7 @@ def test_the_ekf_turns_its_covariance_with_the_control(side, rotate):
     P, x, u = covariance(rng, 4), unit(rng, 4), unit(rng, 4)
     after = f.predict(GaussianState(x, P), u)
     t = matrix((lambda e: compose(u, e)) if side == "left" else (lambda e: compose(e, u)), 4)
-    noise = turned(w, t @ x, side) if rotate else w
+    noise = rotated(w, t @ x, side) if rotate else w
     np.testing.assert_allclose(after.covariance, t @ P @ t.T + noise, atol=1e-14)
 
 
@@ -147,7 +147,7 @@ def test_the_second_order_ekf_predicts_orientation_and_spin(rotate):
         after = f.predict(SpinningGaussian(mean, P), control)
         jacobian = matrix(lambda e, push=push: 0.5 * (step(mean + e, push) - step(mean - e, push)), 8)
         expected = jacobian @ P @ jacobian.T
-        expected[4:, 4:] += turned(w, step(mean, push)[4:], "left") if rotate else w
+        expected[4:, 4:] += rotated(w, step(mean, push)[4:], "left") if rotate else w
         np.testing.assert_allclose(after.mean, step(mean, push), atol=1e-14)
         np.testing.assert_allclose(after.covariance, expected, atol=1e-14)
 
@@ -190,7 +190,7 @@ def test_ekf_evidence_is_a_normal_density(side, rotate, second_order):
         return q / np.linalg.norm(q)
 
     jacobian = matrix(lambda e: (projected(1.1 * x + 1e-6 * e) - projected(1.1 * x - 1e-6 * e)) / 2e-6, 4)
-    total = jacobian @ P[:4, :4] @ jacobian.T + (turned(v, x, side) if rotate else v)
+    total = jacobian @ P[:4, :4] @ jacobian.T + (rotated(v, x, side) if rotate else v)
     assert info.log_evidence == pytest.approx(multivariate_normal(x, total).logpdf(z), abs=1e-8)
 
 
@@ -215,4 +215,4 @@ def test_wrapped_normal_evidence_of_narrow_laws_is_a_normal_density(sigma):
     _, info = f.update(state, axis(1.7 * sigma))
     expected = norm(0.0, np.sqrt(8.0) * sigma).logpdf(3.4 * sigma)
     assert info.log_evidence == pytest.approx(expected, abs=10.0 * sigma**2 + 1e-9)
-    assert info.statistic == pytest.approx(3.4**2 / 8.0, abs=10.0 * sigma**2 + 1e-9)
+    assert info.nis == pytest.approx(3.4**2 / 8.0, abs=10.0 * sigma**2 + 1e-9)

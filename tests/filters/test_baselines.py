@@ -112,7 +112,7 @@ def test_a_missing_measurement_only_predicts(baseline):
     rows = np.stack([z[0], z[5], z[1]])
     after, info = kalman.update(state, rows)
     np.testing.assert_array_equal(info.accepted, [True, False, True])
-    assert info.reason == "missing" and np.isnan(info.statistic[1]) and info.log_evidence[1] == 0.0
+    assert info.reason == "missing" and np.isnan(info.nis[1]) and info.log_evidence[1] == 0.0
     for field in dataclasses.fields(state):
         np.testing.assert_array_equal(getattr(after, field.name)[1], getattr(state, field.name)[1])
         assert not np.array_equal(getattr(after, field.name)[2], getattr(state, field.name)[2])
@@ -121,7 +121,7 @@ def test_a_missing_measurement_only_predicts(baseline):
 @pytest.mark.parametrize(
     ("bad", "message"), [([np.nan, 1.0], "complete rows"), ([2.0, 0.0], "length 2"), ([np.inf, 0.0], "length inf")]
 )
-def test_rows_that_are_no_measurement_are_refused(baseline, bad, message):
+def test_rows_that_are_no_measurement_are_rejected(baseline, bad, message):
     kalman, prior, d = baseline
     row = np.zeros(d)
     row[:2] = bad
@@ -165,13 +165,14 @@ def test_angles_stay_below_pi():
 
 
 def test_wrapped_normal_with_matched_moments_is_the_bingham_filter():
-    # A d = 2 Bingham law is a von Mises law of 2θ; with noises of equal first moment both filters do the same.
+    # A d = 2 Bingham distribution is a von Mises distribution of 2θ; with noises of equal first moment both filters do
+    # the same.
     process, measurement = Bingham([-200.0, 0.0], np.eye(2)[::-1]), Bingham([-3.0, 0.0], np.eye(2)[::-1])
     z = axes(np.random.default_rng(5).normal(size=80))
     track = BinghamFilter(process, measurement).run(Bingham([-1.0, 0.0], np.eye(2)), z)
 
-    def variance(law):
-        return -0.5 * np.log(law.axis_moments[1] - law.axis_moments[0])
+    def variance(distribution):
+        return -0.5 * np.log(distribution.axis_moments[1] - distribution.axis_moments[0])
 
     start = DoubledAngleState(np.array(np.pi), np.array(0.5))
     wrapped = WrappedNormalFilter(variance(process), variance(measurement))
@@ -271,7 +272,7 @@ def test_one_prior_serves_a_batch_and_one_recording_many_priors(baseline):
     np.testing.assert_allclose(many.modes[1], kalman.run(prior(()), z[0]).modes, atol=1e-14)
 
 
-def test_controls_that_do_not_fit_are_refused(baseline):
+def test_controls_that_do_not_fit_are_rejected(baseline):
     kalman, prior, d = baseline
     z = signal(d, np.random.default_rng(12))
     turns = np.tile(np.eye(d)[0], (len(z), 1))
@@ -289,7 +290,7 @@ def test_controls_that_do_not_fit_are_refused(baseline):
 
 
 @pytest.mark.parametrize("shape", [(3,), (1,), ()])
-def test_measurements_of_another_length_are_refused(baseline, shape):
+def test_measurements_of_another_length_are_rejected(baseline, shape):
     kalman, prior, _ = baseline
     with pytest.raises(InvalidArgumentError, match="z: expected shape"):
         kalman.update(prior(()), np.ones(shape))
@@ -333,7 +334,7 @@ def test_refusals(make, message):
 
 
 def test_a_track_can_be_taken_up_again(baseline):
-    # Rounding of earlier steps must not make a covariance that the state's own checks refuse.
+    # Rounding of earlier steps must not make a covariance that the state's own checks reject.
     kalman, prior, d = baseline
     z = signal(d, np.random.default_rng(13))
     states = kalman.run(prior(()), z[:7]).states

@@ -1,4 +1,4 @@
-"""The first-order filter against a textbook implementation, its own laws and its compiled loops."""
+"""The first-order filter against a textbook implementation, its own distributions and its compiled loops."""
 
 import numpy as np
 import pytest
@@ -6,12 +6,12 @@ import pytest
 from bingham import (
     Bingham,
     BinghamFilter,
+    ControlledRotation,
     Diffusion,
     Gate,
     Gyroscope,
     HeadingSensor,
     InvalidArgumentError,
-    KnownRotation,
     VectorSensor,
 )
 from bingham.rotations import compose, conjugate, from_rotation_vector, to_rotation_vector
@@ -38,12 +38,12 @@ def simulate(d, steps, side="right", seed=0):
     return truth, measured
 
 
-def textbook_step(law, w, v, z, side):
+def textbook_step(distribution, w, v, z, side):
     """Algorithms 1 and 2 of Kurz et al. 2014, element by element with dense matrices."""
-    d = law.dim
+    d = distribution.dim
     basis = np.eye(d)
     product = np.array([[compose(basis[i], basis[j]) for j in range(d)] for i in range(d)])
-    a, b = law.moment(), w.moment()
+    a, b = distribution.moment(), w.moment()
     spec = "ik,jl,jim,lkn->mn" if side == "left" else "ik,jl,ijm,kln->mn"
     predicted = Bingham.from_moment(np.einsum(spec, a, b, product, product))
     axes = compose(conjugate(v.M.T), z) if side == "left" else compose(z, conjugate(v.M.T))
@@ -139,7 +139,7 @@ def test_missing_rows_are_predicted_only(d):
     measured = simulate(d, 20)[1]
     measured[7] = np.nan
     track = f.run(PRIOR[d], measured)
-    expected = f.predict(track.laws[6])
+    expected = f.predict(track.distributions[6])
     np.testing.assert_allclose(track.matrices[7], expected.matrix, rtol=1e-9, atol=1e-9)
     assert track.log_evidence[7] == 0.0
     assert track.decision[7] == -1
@@ -147,7 +147,7 @@ def test_missing_rows_are_predicted_only(d):
 
 
 @BOTH
-def test_gate_refuses_outliers_and_says_why(d):
+def test_gate_rejects_outliers_and_says_why(d):
     w = Bingham([-5000.0] * (d - 1) + [0.0], IDENTITY[d])
     v = Bingham([-500.0] * (d - 1) + [0.0], IDENTITY[d])
     f = BinghamFilter(w, v, gate=Gate(0.999))
@@ -156,16 +156,16 @@ def test_gate_refuses_outliers_and_says_why(d):
     track = f.run(Bingham.uniform(d), measured)
     assert list(np.flatnonzero(~track.accepted)) == [20]
     assert "above" in track.reasons()[20]
-    state, info = f.update(f.predict(track.laws[19]), measured[20])
+    state, info = f.update(f.predict(track.distributions[19]), measured[20])
     assert not info.accepted
-    assert info.statistic == pytest.approx(track.statistic[20], rel=1e-9)
-    assert info.statistic > info.threshold
+    assert info.nis == pytest.approx(track.nis[20], rel=1e-9)
+    assert info.nis > info.threshold
     assert f"{info.threshold:.4g}" in info.reason
-    np.testing.assert_array_equal(state.mode, f.predict(track.laws[19]).mode)
+    np.testing.assert_array_equal(state.mode, f.predict(track.distributions[19]).mode)
 
 
 def test_gate_lets_regular_measurements_through_at_its_probability():
-    """Narrow laws: the statistic is χ² with 3 degrees of freedom."""
+    """Narrow distributions: the NIS is χ² with 3 degrees of freedom."""
     w, v = Bingham([-4e4] * 3 + [0.0], IDENTITY[4]), Bingham([-3e4] * 3 + [0.0], IDENTITY[4])
     n = 4000
     x, error = np.array([1.0, 0, 0, 0]), v.rvs(n, rng=1)
@@ -176,13 +176,13 @@ def test_gate_lets_regular_measurements_through_at_its_probability():
         z[t] = compose(x, error[t])
     track = BinghamFilter(w, v, gate=Gate(0.9)).run(Bingham.uniform(4), z)
     free = BinghamFilter(w, v).run(Bingham.uniform(4), z)
-    share = np.mean(free.statistic <= track.threshold)
+    share = np.mean(free.nis <= track.threshold)
     assert share == pytest.approx(0.9, abs=4 * np.sqrt(0.09 / n))
 
 
 @BOTH
 def test_irregular_times_diffuse_exactly_and_gaps_widen(d):
-    """One step over 3 s equals three of 1 s; with no measurement the law tends to the uniform one."""
+    """One step over 3 s equals three of 1 s; with no measurement the distribution tends to the uniform one."""
     f = BinghamFilter(Diffusion(0.3, dim=d), NOISE[d][1])
     z = np.full((4, d), np.nan)
     z[0] = np.eye(d)[0]
@@ -191,7 +191,7 @@ def test_irregular_times_diffuse_exactly_and_gaps_widen(d):
     np.testing.assert_allclose(one.final.moment(), three.final.moment(), rtol=1e-11)
     later = f.run(Bingham.uniform(d), z[[0, 1]], times=[0.0, 1e4])
     np.testing.assert_allclose(later.final.z, 0.0, atol=1e-10)
-    entropies = three.laws.entropy()
+    entropies = three.distributions.entropy()
     assert np.all(np.diff(entropies) > 0)
 
 
@@ -223,11 +223,11 @@ def test_gyroscope_follows_a_known_rate_over_irregular_steps():
     assert np.linalg.norm(to_rotation_vector(compose(conjugate(q), track.modes[-1]))) < 1e-9
 
 
-def test_known_rotation_turns_the_law():
+def test_known_rotation_turns_the_distribution():
     w, v = NOISE[4]
     u = from_rotation_vector([0.3, -0.2, 0.5])
     z = simulate(4, 6)[1]
-    f = BinghamFilter(KnownRotation(w), v)
+    f = BinghamFilter(ControlledRotation(w), v)
     track = f.run(PRIOR[4], z, controls=np.tile(u, (6, 1)))
     state = PRIOR[4]
     for row in z:
@@ -282,12 +282,12 @@ def test_long_runs_stay_orthonormal_and_sorted():
 @pytest.mark.parametrize(("call", "message"), [
     (lambda f: f.run(PRIOR[4], np.ones((3, 4))), "measurements: expected unit vectors"),
     (lambda f: f.run(PRIOR[4], np.ones((3, 3))), "measurements: expected shape"),
-    (lambda f: f.run(PRIOR[2], np.eye(4)), "prior: expected a law of dimension 4"),
+    (lambda f: f.run(PRIOR[2], np.eye(4)), "prior: expected a distribution of dimension 4"),
     (lambda f: f.run(PRIOR[4], np.eye(4), times=[0, 1, 1, 2]), "times: expected strictly increasing"),
     (lambda f: f.run(PRIOR[4], np.eye(4), times=[0, 1, 2]), "times: expected shape"),
     (lambda f: f.run(PRIOR[4], np.eye(4), times=[0, 1, 2, 9]), "regular times"),
     (lambda f: f.run(PRIOR[4], np.eye(4), keep="some"), "keep: expected 'all' or 'last'"),
-    (lambda f: f.update(PRIOR[2], [1.0, 0, 0, 0]), "state: expected a single law of dimension 4"),
+    (lambda f: f.update(PRIOR[2], [1.0, 0, 0, 0]), "state: expected a single distribution of dimension 4"),
     (lambda f: f.run(PRIOR[4], [[1.0, 0, 0, 0], [1.0, 0, 0, np.nan]]), "measurements: .* all NaN .* nan\\] at row 1"),
     (lambda f: f.update(PRIOR[4], [1.0, np.nan, 0, 0]), "z: expected complete rows, or all NaN where missing"),
     (lambda f: BinghamFilter(*NOISE[4], noise_side="front"), "noise_side"),
@@ -328,13 +328,14 @@ def test_a_rate_that_is_not_finite_is_named_by_its_row():
 def test_prior_and_measurements_are_not_exchanged():
     f = BinghamFilter(Diffusion(0.1), Bingham.from_covariance([1.0, 0, 0, 0], 0.01 * np.eye(3), frame="body"))
     with pytest.raises(
-        InvalidArgumentError, match=r"prior: expected a Bingham law, got an array of shape .*; the prior comes before"
+        InvalidArgumentError,
+        match=r"prior: expected a Bingham distribution, got an array of shape .*; the prior comes before",
     ):
         f.run(np.array([[1.0, 0, 0, 0]]), Bingham.uniform(4), times=[0.0])
 
 
-def test_covariances_of_a_track_without_clear_modes_are_nan_or_refused():
+def test_covariances_of_a_track_without_clear_modes_are_nan_or_rejected():
     track = BinghamFilter(*NOISE[4]).run(Bingham.uniform(4), [[np.nan] * 4, [1.0, 0, 0, 0]])
     assert np.isnan(track.covariance(frame="body")).all(axis=(1, 2)).tolist() == [True, False]
-    with pytest.raises(InvalidArgumentError, match="law: expected one clear mode"):
+    with pytest.raises(InvalidArgumentError, match="distribution: expected one clear mode"):
         track.covariance(frame="body", undefined="raise")

@@ -1,4 +1,4 @@
-"""Inertial recordings with missing samples: estimates before and after, and what is stated about them."""
+"""Inertial recordings with missing samples: estimates before and after, and what is reported about them."""
 
 from pathlib import Path
 
@@ -26,7 +26,7 @@ def without(r, start, seconds):
 
 
 def error_and_deviation(track, reference, begin, end):
-    """Return median error and stated deviation, degrees, over some seconds."""
+    """Return median error and reported deviation, degrees, over some seconds."""
     window = (track.time >= begin) & (track.time < end) & np.isfinite(reference[:, 0])
     error = 2.0 * geodesic_error(track.modes[window], reference[window])
     deviation = np.sqrt(np.trace(track.covariance(frame="world")[window], axis1=1, axis2=2))
@@ -42,14 +42,14 @@ def fast():
 @pytest.mark.parametrize("seconds", [0.05, 0.2, 0.9])
 @pytest.mark.parametrize("make", [ImuFilter, InertialFilter])
 def test_a_gap_in_fast_motion_is_not_taken_for_knowledge(fast, make, seconds):
-    # Errors of up to 40° were stated as 2° before short gaps counted, and the plain filter's gate never opened again.
+    # Errors of up to 40° were reported as 2° before short gaps counted, and the plain filter's gate never opened again.
     for start in STARTS:
         cut, reference = without(fast, start, seconds)
         track = make().run(cut)
         for begin, end in ((seconds, seconds + 0.1), (2.0 + seconds, 3.0 + seconds), (10.0, 12.0)):
             error, deviation = error_and_deviation(track, reference, start + begin, start + end)
             assert error < 4.0 * deviation
-        if seconds < 0.5:  # blind for longer, such a body may have turned any way
+        if seconds < 0.5:  # blind for longer, such a body may have rotated any way
             assert error < 6.0
         if make is InertialFilter:
             assert track.accepted[track.time > start].mean() > 0.9

@@ -1,4 +1,4 @@
-"""The inertial filter on simulations whose answer is known and on its laws."""
+"""The inertial filter on simulations whose answer is known and on its distributions."""
 
 import math
 from dataclasses import replace
@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from bingham import Bingham, ImuFilter, ImuRecording, ImuState, ImuStream, InvalidArgumentError
-from bingham.filters.tangent import covariance_of_law, law_of_covariance
+from bingham.filters.tangent import covariance_of_distribution, distribution_of_covariance
 from bingham.rotations import compose, conjugate, from_rotation_vector, rotate, to_rotation_vector
 from bingham.simulate import simulate_imu, simulate_tumbling
 from bingham.simulate.motion import Motion
@@ -62,9 +62,9 @@ def test_a_slow_turn_after_rest_is_not_taken_for_a_bias():
     gyroscope = np.concatenate([rest.gyroscope, slow])
     m = len(gyroscope)
     r = ImuRecording("turn", np.arange(m) / 100, gyroscope, np.tile(GRAVITY, (m, 1)))
-    turned = heading_error(ImuFilter(gyroscope_delay=0.0).run(r).modes[[-1]], np.array([[1.0, 0, 0, 0]]))
+    rotated = heading_error(ImuFilter(gyroscope_delay=0.0).run(r).modes[[-1]], np.array([[1.0, 0, 0, 0]]))
     started = heading_error(ImuFilter(gyroscope_delay=0.0).run(r).modes[[1999]], np.array([[1.0, 0, 0, 0]]))
-    assert abs(np.rad2deg(turned - started)[0] % 360.0 - 12.0) < 0.5
+    assert abs(np.rad2deg(rotated - started)[0] % 360.0 - 12.0) < 0.5
 
 
 def test_uniform_prior_finds_tilt_and_leaves_heading_open():
@@ -100,17 +100,17 @@ def test_partial_prior_tilt_known_heading_not():
 
 
 @pytest.mark.parametrize("spread", [1e-6, 1e-2, 1.0, 8.0])
-def test_law_and_covariance_are_inverse_up_to_the_girdle(spread):
+def test_distribution_and_covariance_are_inverse_up_to_the_girdle(spread):
     rng = np.random.default_rng(3)
     axes = np.linalg.qr(rng.standard_normal((3, 3)))[0]
     p = axes @ np.diag([1e-4, 3e-4, spread]) @ axes.T
     mode = from_rotation_vector([0.3, -0.2, 1.1])
-    law = law_of_covariance(mode, p)
-    assert abs(law.mode @ mode) > 1 - 1e-12
-    np.testing.assert_allclose(covariance_of_law(law), p, rtol=1e-4, atol=1e-8)
+    distribution = distribution_of_covariance(mode, p)
+    assert abs(distribution.mode @ mode) > 1 - 1e-12
+    np.testing.assert_allclose(covariance_of_distribution(distribution), p, rtol=1e-4, atol=1e-8)
 
 
-def test_law_has_the_moment_of_a_random_rotation():
+def test_distribution_has_the_moment_of_a_random_rotation():
     """E[qqᵀ] of many small random turns about fixed axes, drawn."""
     rng = np.random.default_rng(5)
     p = np.diag([0.02, 0.3, 1.5])
@@ -120,7 +120,7 @@ def test_law_has_the_moment_of_a_random_rotation():
         q = compose(from_rotation_vector(rng.standard_normal((count, 3)) * np.sqrt(np.diagonal(p) / steps)), q)
     drawn = q.T @ q / count
     np.testing.assert_allclose(
-        law_of_covariance(np.array([1.0, 0, 0, 0]), p).moment(), drawn, atol=4 / math.sqrt(count)
+        distribution_of_covariance(np.array([1.0, 0, 0, 0]), p).moment(), drawn, atol=4 / math.sqrt(count)
     )
 
 
@@ -189,28 +189,28 @@ def test_stream_equals_run_with_late_sensors(field):
         np.testing.assert_allclose(stream.bias, track.bias[k], rtol=1e-10, atol=1e-15)
         np.testing.assert_allclose(stream.bias_std, track.bias_std[k], rtol=1e-10)
         if k in (0, 149):
-            np.testing.assert_allclose(stream.law.matrix, first, atol=1e-9)
+            np.testing.assert_allclose(stream.distribution.matrix, first, atol=1e-9)
     np.testing.assert_array_equal(rest.modes, unknown.modes[100:])
     np.testing.assert_allclose(track.matrices[149], first, atol=1e-9)
-    np.testing.assert_allclose(track.matrices[-1], stream.law.matrix, rtol=1e-6, atol=1e-6)
+    np.testing.assert_allclose(track.matrices[-1], stream.distribution.matrix, rtol=1e-6, atol=1e-6)
     early = set(track.reasons()[:150])
     assert early == ({"before the first accelerometer sample", "no sample"} if field == 60 else
                      {"no sample"} if field else {"before the first accelerometer sample"})  # fmt: skip
 
 
-def test_nothing_is_stated_before_the_first_accelerometer_sample():
+def test_nothing_is_reported_before_the_first_accelerometer_sample():
     r = late(tumbling(12.0), 500, 0)
     for track in (ImuFilter().run(r), ImuFilter().smooth(r)):
         known = np.arange(r.size) >= 500
         for values in (track.modes, track.covariance(frame="body"), track.covariance(frame="world"),
                        track.heading_std, track.inclination_std, track.heading_credible_angle(0.95)):  # fmt: skip
             np.testing.assert_array_equal(np.isfinite(values).all(axis=tuple(range(1, values.ndim))), known)
-        assert not track.concentrations[:500].any()  # the uniform law
+        assert not track.concentrations[:500].any()  # the uniform distribution
         angle = np.linalg.norm(to_rotation_vector(compose(track.modes, conjugate(r.reference)))[800:], axis=1)
         assert np.rad2deg(angle.max()) < 5.0
 
 
-def test_stream_refuses_what_it_cannot_use():
+def test_stream_rejects_what_it_cannot_use():
     stream = ImuStream()
     stream.gyroscope(0.0, [0, 0, 0])
     with pytest.raises(InvalidArgumentError, match=r"after 0\.0 s"):
@@ -231,7 +231,7 @@ def test_a_gap_widens_the_uncertainty():
     assert track.inclination_std[500] > 1.0 > 10 * track.inclination_std[499]
 
 
-def test_disturbed_field_is_refused_with_a_reason_and_a_lasting_one_accepted():
+def test_disturbed_field_is_rejected_with_a_reason_and_a_lasting_one_accepted():
     r = tumbling(120.0)
     field = np.array(r.magnetometer)
     q = r.reference
@@ -249,8 +249,8 @@ def test_disturbed_field_is_refused_with_a_reason_and_a_lasting_one_accepted():
 
 def test_declination_turns_the_heading():
     r = still(4.0)
-    plain, turned = ImuFilter().run(r), ImuFilter(declination=0.1).run(r)
-    change = heading_error(turned.modes[[-1]], plain.modes[[-1]])[0]
+    plain, rotated = ImuFilter().run(r), ImuFilter(declination=0.1).run(r)
+    change = heading_error(rotated.modes[[-1]], plain.modes[[-1]])[0]
     assert abs(change + 0.1) < 1e-3  # true north lies left of magnetic north: the body faces further right
 
 
@@ -268,10 +268,11 @@ def test_clipping_is_noticed():
 
 
 @pytest.mark.parametrize("factor", [0.5, 1.0, 2.0])
-def test_variances_are_stated_by_the_corrections_made(factor):
+def test_variances_are_reported_by_the_corrections_made(factor):
     """Scalar Kalman filters in equilibrium whose corrections are `factor` times what they expect."""
+    from bingham.kernels.imu_reported import judge, scales
+
     from bingham.kernels import imu_state as at
-    from bingham.kernels.imu_stated import judge, scales
 
     rng = np.random.default_rng(4)
     before, after = 2.0e-4, 1.98e-4
@@ -290,7 +291,7 @@ def test_variances_are_stated_by_the_corrections_made(factor):
     assert found[:, 3].min() >= 1.0
 
 
-def test_the_mounting_counts_in_what_is_stated_only():
+def test_the_mounting_counts_in_what_is_reported_only():
     r = still(30.0)
     loose, firm = (ImuFilter(alignment_error=a).run(r) for a in (0.01, 0.0))
     np.testing.assert_array_equal(loose.modes, firm.modes)
@@ -310,7 +311,7 @@ def test_a_first_sample_unlike_gravity_is_believed_less():
 
 
 def yaw_only(seconds, rate, rng):
-    """Bodies that only turn about the vertical: their heading bias cannot be seen."""
+    """Bodies that only rotation about the vertical: their heading bias cannot be seen."""
     time = np.arange(int(seconds * rate)) / rate
     yaw = 0.6 * np.sin(2.0 * time) + 0.3 * np.sin(1.3 * time + rng.uniform(0, 6))
     yaw -= yaw[0]
@@ -319,7 +320,7 @@ def yaw_only(seconds, rate, rng):
     return Motion("yaw", time, q, np.stack([0 * yaw, 0 * yaw, speed], axis=-1), np.ones(len(time), bool))
 
 
-def heading_coverage(stated_noise, runs):
+def heading_coverage(reported_noise, runs):
     """Share of 95 % heading sets that hold the truth, six axes, half an hour each, and its standard error.
 
     Errors of one run share its bias and its past: a run counts once, by its mean.
@@ -327,7 +328,7 @@ def heading_coverage(stated_noise, runs):
     rng = np.random.default_rng(11)
     bias_std = math.radians(0.01)
     f = ImuFilter(
-        gyroscope_noise=stated_noise, gyroscope_scale_error=0.0, gyroscope_bias=bias_std * stated_noise / 3e-3,
+        gyroscope_noise=reported_noise, gyroscope_scale_error=0.0, gyroscope_bias=bias_std * reported_noise / 3e-3,
         gyroscope_bias_walk=2e-6, gyroscope_delay=0.0,
     )  # fmt: skip
     prior = Bingham.from_covariance([1.0, 0, 0, 0], 1e-6 * np.eye(3), frame="world")
@@ -371,7 +372,9 @@ def test_wrong_arguments_are_named():
         ImuFilter(r)
     assert len(str(error.value)) < 200
     for start in (lambda **given: f.run(r, **given), lambda **given: ImuStream(**given)):
-        with pytest.raises(InvalidArgumentError, match="prior: expected a Bingham law of the orientation, got list"):
+        with pytest.raises(
+            InvalidArgumentError, match="prior: expected a Bingham distribution of the orientation, got list"
+        ):
             start(prior=[1, 0, 0, 0])
         with pytest.raises(InvalidArgumentError, match=r"state: expected an ImuState, got str; ImuState\.from_json"):
             start(state=f.run(r).final.to_json())
@@ -382,7 +385,7 @@ def test_wrong_arguments_are_named():
             ImuState.from_json(text)
 
 
-def test_a_first_sample_of_zeros_is_refused_by_its_row():
+def test_a_first_sample_of_zeros_is_rejected_by_its_row():
     r = tumbling(6.0)
     force = np.array(r.accelerometer)
     force[:10] = np.nan
@@ -392,11 +395,11 @@ def test_a_first_sample_of_zeros_is_refused_by_its_row():
     stream = ImuStream()
     with pytest.raises(InvalidArgumentError, match="zeros are free fall"):
         stream.accelerometer(0.0, force[10])
-    stream.accelerometer(0.0, force[11])  # the refused one has left nothing behind
+    stream.accelerometer(0.0, force[11])  # the rejected one has left nothing behind
     assert stream.started
 
 
-def test_a_covariance_without_a_named_frame_is_refused():
+def test_a_covariance_without_a_named_frame_is_rejected():
     track = ImuFilter().run(tumbling(8.0))
     for covariance in (track.covariance, ImuStream().covariance):
         with pytest.raises(InvalidArgumentError, match="frame='body' or frame='world'"):

@@ -72,7 +72,7 @@ def test_broad_smoothed(broad):
 
 
 def truthfulness(track, recording):
-    """Actual over stated RMS of the inclination error, and the share of 95 % sets of it that hold the truth."""
+    """Actual over reported RMS of the inclination error, and the share of 95 % sets of it that hold the truth."""
     e, _, scored = errors(track, recording)
     tilt = 2 * e[:, 1:3]
     p = track.rotation_covariance[scored][:, :2, :2]
@@ -87,15 +87,15 @@ def undisturbed(recordings):
     return found
 
 
-def test_stated_inclination_is_truthful_trial_by_trial(broad):
-    stated = {r.name: truthfulness(ImuFilter().run(r), r) for r in broad}
-    assert all(1 / 1.5 <= ratio <= 1.5 for ratio, _ in stated.values()), stated
-    coverages = np.array([stated[r.name][1] for r in undisturbed(broad)])
+def test_reported_inclination_is_truthful_trial_by_trial(broad):
+    reported = {r.name: truthfulness(ImuFilter().run(r), r) for r in broad}
+    assert all(1 / 1.5 <= ratio <= 1.5 for ratio, _ in reported.values()), reported
+    coverages = np.array([reported[r.name][1] for r in undisturbed(broad)])
     assert 0.88 <= coverages.mean() <= 0.99
     assert coverages.min() >= 0.75
 
 
-def test_stated_inclination_survives_a_wrong_noise(broad):
+def test_reported_inclination_survives_a_wrong_noise(broad):
     """Rotations, the gyroscope's scale error understated twofold: the corrections show it.
 
     What the filter's own covariance says is too sure by 1.9 then.
@@ -108,11 +108,11 @@ def test_stated_inclination_survives_a_wrong_noise(broad):
 
 def test_smoothed_inclination_is_truthful(broad):
     """One trial out of eight stays overconfident by up to 1.8, a sensor that gives in its mounting."""
-    stated = np.array([truthfulness(ImuFilter().smooth(r), r) for r in undisturbed(broad)])
-    off = np.sort(np.abs(np.log(stated[:, 0])))
-    assert off[-2] <= np.log(1.5), stated
-    assert off[-1] <= np.log(1.8), stated
-    assert 0.85 <= np.mean(stated[:, 1]) <= 0.99
+    reported = np.array([truthfulness(ImuFilter().smooth(r), r) for r in undisturbed(broad)])
+    off = np.sort(np.abs(np.log(reported[:, 0])))
+    assert off[-2] <= np.log(1.5), reported
+    assert off[-1] <= np.log(1.8), reported
+    assert 0.85 <= np.mean(reported[:, 1]) <= 0.99
 
 
 def test_uniform_start_agrees_with_the_means_after_two_seconds(broad):

@@ -59,7 +59,7 @@ def test_split_run_is_bit_identical():
     np.testing.assert_array_equal(second.log_evidence, whole.log_evidence[777:])
 
 
-def test_a_gap_widens_the_law():
+def test_a_gap_widens_the_distribution():
     r = simulated(20.0)
     keep = np.r_[0:1000, 1500 : r.size]
     gap = ImuRecording("gap", r.time[keep], r.gyroscope[keep], r.accelerometer[keep], r.magnetometer[keep])
@@ -97,5 +97,5 @@ def test_bad_input_is_named():
         InertialFilter().run(r, InertialFilter().run(r).state)
     with pytest.raises(InvalidArgumentError, match="prior"):
         InertialFilter().run(r, Bingham.uniform(3))
-    with pytest.raises(InvalidArgumentError, match="prior: expected a Bingham law, got a list"):
+    with pytest.raises(InvalidArgumentError, match="prior: expected a Bingham distribution, got a list"):
         InertialFilter().run(r, [1.0, 0.0, 0.0, 0.0])

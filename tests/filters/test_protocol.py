@@ -10,10 +10,10 @@ from bingham import (
     Bingham,
     BinghamFilter,
     BinghamMixture,
+    ControlledRotation,
     Diffusion,
     FilterBank,
     Gyroscope,
-    KnownRotation,
     MixtureFilter,
     QuaternionEkf,
     SampledFilter,
@@ -40,7 +40,7 @@ LENGTH, MISSING_ROW = 12, 6
 RATE = np.array([0.2, -0.1, 0.3])
 
 
-def law(k, d):
+def distribution(k, d):
     return Bingham([-k] * (d - 1) + [0.0], np.eye(d)[:, ::-1])
 
 
@@ -48,25 +48,25 @@ def log_likelihood(z, points):
     return 80.0 * (points @ z) ** 2
 
 
-W = {d: law(3000.0, d) for d in (2, 4)}
-V = {d: law(300.0, d) for d in (2, 4)}
-WIDE = {d: law(3.0, d) for d in (2, 4)}
+W = {d: distribution(3000.0, d) for d in (2, 4)}
+V = {d: distribution(300.0, d) for d in (2, 4)}
+WIDE = {d: distribution(3.0, d) for d in (2, 4)}
 GAUSS = {d: GaussianState(np.eye(d)[0], 0.1 * np.eye(d)) for d in (2, 4)}
 SMALL, SENSED = 1e-4 * np.eye(4), 1e-3 * np.eye(4)
 SPIN = SpinningGaussian.independent(GaussianState(np.eye(4)[0], 0.1 * np.eye(4)), GaussianState(np.eye(4)[0], SENSED))
 BANK = [BinghamFilter(W[4], V[4]), BinghamFilter(WIDE[4], V[4])]
 
-# Name → filter, prior, its control: a turn of the state, of the spin (none), or a rate.
+# Name → filter, prior, its control: a rotation of the state, of the spin (none), or a rate.
 FILTERS = {
     "bingham_2": (BinghamFilter(W[2], V[2]), WIDE[2], "turn"),
     "bingham_4": (BinghamFilter(W[4], V[4]), WIDE[4], "turn"),
     "bingham_left": (BinghamFilter(W[4], V[4], noise_side="left"), WIDE[4], "turn"),
-    "known_rotation": (BinghamFilter(KnownRotation(W[4]), V[4]), WIDE[4], "turn"),
+    "known_rotation": (BinghamFilter(ControlledRotation(W[4]), V[4]), WIDE[4], "turn"),
     "diffusion": (BinghamFilter(Diffusion(0.05), V[4]), WIDE[4], "turn"),
     "gyroscope": (BinghamFilter(Gyroscope(0.05), V[4]), WIDE[4], "rate"),
     "mixture": (MixtureFilter(W[4], V[4]), BinghamMixture.single(WIDE[4]), "turn"),
     "sampled": (SampledFilter(process_noise=W[4], log_likelihood=log_likelihood, progressive=True), WIDE[4], "turn"),
-    "second_order": (SecondOrderBinghamFilter(W[4], V[4]), SpinState(WIDE[4], law(1000.0, 4)), "spin"),
+    "second_order": (SecondOrderBinghamFilter(W[4], V[4]), SpinState(WIDE[4], distribution(1000.0, 4)), "spin"),
     "bank": (FilterBank(BANK), BankState([WIDE[4], WIDE[4]]), "turn"),
     "scalar_kalman": (ScalarKalmanFilter(1e-3, 1e-2), AngleState(np.array(0.0), np.array(0.1)), "turn"),
     "wrapped_normal": (WrappedNormalFilter(1e-3, 1e-2), DoubledAngleState(np.array(0.0), np.array(2.0)), "turn"),
@@ -84,7 +84,7 @@ def entry(request):
 
 
 def recording(f, prior, kind):
-    """Return a turn at a constant rate about one axis (which side turns does not matter then), controls, signs mixed.
+    """Return a rotation at a constant rate about one axis (the side does not matter then), controls, signs mixed.
 
     The measurement at MISSING_ROW is NaN.
     """
@@ -153,7 +153,7 @@ def test_only_motion_in_continuous_time_depends_on_the_length_of_a_step(entry):
         assert info.log_evidence == first[1].log_evidence
 
 
-def test_a_measurement_that_is_nan_in_part_is_refused(entry):
+def test_a_measurement_that_is_nan_in_part_is_rejected(entry):
     f, prior, kind = entry
     _, z, controls = recording(f, prior, kind)
     for entry_of_nan in (0, -1):
@@ -238,7 +238,7 @@ def test_sensors_and_motions_of_users_are_taken():
 
 @pytest.mark.parametrize("kind", [BinghamFilter, MixtureFilter])
 @pytest.mark.parametrize(("arguments", "message"), [
-    ((V[4], Gyroscope(0.01)), "measurement_noise: expected a Bingham law.*likelihood.*got a Gyroscope; swap them"),
+    ((V[4], Gyroscope(0.01)), "measurement_noise: expected .*distribution.*likelihood.*got a Gyroscope; swap them"),
     ((VectorSensor([0, 0, 1.0], 9.0), V[4]), "process_noise: expected .*propagate.*got a VectorSensor; swap them"),
     ((Gyroscope(0.01), CLOSE), r"measurement_noise: .*array of shape \(3, 3\); .*Bingham.from_covariance"),
     ((CLOSE, V[4]), r"process_noise: .*array of shape \(3, 3\); .*Bingham.from_covariance"),
@@ -254,9 +254,9 @@ def test_noises_that_are_none_are_named_when_the_filter_is_made(kind, arguments,
 @pytest.mark.parametrize(("call", "message"), [
     (lambda: BinghamFilter(W[4], V[4], gate=0.999), r"gate: expected a Gate, got 0.999; write gate=Gate\(0.999\)"),
     (lambda: BinghamFilter(W[4], SHEER), "measurement_noise: .*BinghamMixture; MixtureFilter takes mixtures"),
-    (lambda: SampledFilter(process_noise=CLOSE), "process_noise: expected a Bingham law"),
-    (lambda: SecondOrderBinghamFilter(CLOSE, V[4]), "process_noise: expected a Bingham law"),
-    (lambda: SpinState([1.0, 0, 0, 0], WIDE[4]), "orientation: expected a Bingham law, got a list; make one by"),
+    (lambda: SampledFilter(process_noise=CLOSE), "process_noise: expected a Bingham distribution"),
+    (lambda: SecondOrderBinghamFilter(CLOSE, V[4]), "process_noise: expected a Bingham distribution"),
+    (lambda: SpinState([1.0, 0, 0, 0], WIDE[4]), "orientation: .*got a list; make one by"),
 ])  # fmt: skip
 def test_what_makes_no_filter_is_named(call, message):
     with pytest.raises(InvalidArgumentError, match=message):
@@ -264,7 +264,7 @@ def test_what_makes_no_filter_is_named(call, message):
 
 
 @pytest.mark.parametrize("name", FILTERS)
-def test_a_state_of_another_kind_is_named_and_its_remedy(name):
+def test_a_state_of_another_kind_is_named_and_its_hint(name):
     f, z = FILTERS[name][0], np.eye(4)[0]
     for state in (np.eye(4)[0], [1.0, 0.0, 0.0, 0.0], None):
         for call in (f.predict, lambda s: f.update(s, z)):
@@ -273,13 +273,13 @@ def test_a_state_of_another_kind_is_named_and_its_remedy(name):
 
 
 @pytest.mark.parametrize(("call", "message"), [
-    (lambda f: f.update(SHEER, np.eye(4)[0]), "state: .*MixtureFilter; one of the laws"),
-    (lambda f: f.predict(f.run(WIDE[4], np.eye(4))), "state: .*got a Track; the last law of a track is track.final"),
+    (lambda f: f.update(SHEER, np.eye(4)[0]), "state: .*MixtureFilter; one of the distributions"),
+    (lambda f: f.predict(f.run(WIDE[4], np.eye(4))), "state: .*got a Track; the last .* is track.final"),
     (lambda f: MixtureFilter(W[4], V[4]).update(WIDE[4], np.eye(4)[0]), "state: .*BinghamMixture.single"),
-    (lambda f: SampledFilter().run(np.eye(4)[0], np.eye(4)), "prior: expected a Bingham law"),
+    (lambda f: SampledFilter().run(np.eye(4)[0], np.eye(4)), "prior: expected a Bingham distribution"),
     (lambda f: smooth_fixed_lag(WIDE[4], f, np.eye(4), 2), "bingham_filter: .*got a Bingham; the filter comes first"),
     (lambda f: smooth_fixed_interval(f, f.run(WIDE[4], np.eye(4)), np.eye(4)), "prior: .* got a Track"),
-    (lambda f: smooth_fixed_lag(f, WIDE[4], np.eye(4), 2.5), "lag: expected a whole number"),
+    (lambda f: smooth_fixed_lag(f, WIDE[4], np.eye(4), 2.5), "lag: expected an integer"),
 ])  # fmt: skip
 def test_laws_and_tracks_are_not_exchanged(call, message):
     with pytest.raises(InvalidArgumentError, match=message):

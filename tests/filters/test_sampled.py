@@ -8,7 +8,7 @@ from bingham import Bingham, BinghamFilter, InvalidArgumentError
 from bingham.filters.exact import exact_posterior
 from bingham.filters.exact_vector import exact_vector_posterior
 from bingham.filters.sampled import SampledFilter
-from bingham.models.motion import KnownRotation
+from bingham.models.motion import ControlledRotation
 from bingham.models.sensors import davenport_matrix
 from bingham.rotations import compose, from_rotation_vector, rotate
 from bingham.sampling import RandomSampling, RiemannianSampling, Unscented
@@ -37,10 +37,10 @@ def vector_log_likelihood(precision):
 def conjugate(prior, z, precision):
     """Exact posterior and log-evidence for isotropic noise: −½p|z − r|² = p zᵀr − ½p(|z|² + 1)."""
     a = prior.matrix + precision * davenport_matrix(z, REFERENCE)
-    law = Bingham.from_matrix(a)
+    distribution = Bingham.from_matrix(a)
     top = np.linalg.eigvalsh(a)[-1]
     constant = 1.5 * np.log(precision / (2.0 * np.pi)) - 0.5 * precision * (z @ z + 1.0)
-    return law, law.log_normalizer + top - prior.log_normalizer + constant
+    return distribution, distribution.log_normalizer + top - prior.log_normalizer + constant
 
 
 def measure(prior, precision, seed):
@@ -51,7 +51,7 @@ def measure(prior, precision, seed):
 @pytest.mark.parametrize("precision", [4.0, 100.0, 1e4])
 def test_exact_references_agree_with_the_conjugate_update(precision):
     z = measure(PRIOR, precision, 2)
-    law, evidence = conjugate(PRIOR, z, precision)
+    distribution, evidence = conjugate(PRIOR, z, precision)
     log_likelihood = vector_log_likelihood(np.full(3, precision))
     fast = exact_vector_posterior(
         PRIOR,
@@ -59,11 +59,11 @@ def test_exact_references_agree_with_the_conjugate_update(precision):
         lambda r: 1.5 * np.log(precision / (2 * np.pi)) - 0.5 * precision * np.sum((z - r) ** 2, axis=1),
         z,
     )
-    assert np.abs(fast.moment - law.moment()).max() < 1e-8
+    assert np.abs(fast.moment - distribution.moment()).max() < 1e-8
     assert fast.log_evidence == pytest.approx(evidence, abs=1e-7)
     if precision < 50.0:
         general = exact_posterior(PRIOR, lambda q: log_likelihood(z, q), tolerance=1e-5)
-        assert np.abs(general.moment - law.moment()).max() < 1e-6
+        assert np.abs(general.moment - distribution.moment()).max() < 1e-6
         assert general.log_evidence == pytest.approx(evidence, abs=1e-6)
 
 
@@ -74,10 +74,10 @@ def test_adaptive_quadrature_on_other_spheres(d):
     likelihood = frame(d, 5) @ likelihood @ frame(d, 5).T
     for prior in (Bingham.uniform(d), Bingham(np.linspace(-40.0, 0.0, d), frame(d))):
         exact = exact_posterior(prior, lambda x: np.einsum("ni,ij,nj->n", x, likelihood, x))
-        law = Bingham.from_matrix(prior.matrix + likelihood)
+        distribution = Bingham.from_matrix(prior.matrix + likelihood)
         top = np.linalg.eigvalsh(prior.matrix + likelihood)[-1]
-        assert np.abs(exact.moment - law.moment()).max() < 1e-9
-        assert exact.log_evidence == pytest.approx(law.log_normalizer + top - prior.log_normalizer, abs=1e-8)
+        assert np.abs(exact.moment - distribution.moment()).max() < 1e-9
+        assert exact.log_evidence == pytest.approx(distribution.log_normalizer + top - prior.log_normalizer, abs=1e-8)
 
 
 def test_both_exact_references_agree_for_anisotropic_noise():
@@ -105,11 +105,11 @@ def test_updates_approach_the_exact_posterior(precision):
         cases = []
         for seed in range(10):
             z = measure(PRIOR, precision, seed)
-            law, evidence = conjugate(PRIOR, z, precision)
+            distribution, evidence = conjugate(PRIOR, z, precision)
             state, info = f.update(PRIOR, z)
             # A mean over n independent samples would have errors of about 1/√n.
             spread = np.sqrt(info.effective_sample_size)
-            cases.append((moment_error(state, law.moment()), abs(info.log_evidence - evidence), 1.0 / spread))
+            cases.append((moment_error(state, distribution.moment()), abs(info.log_evidence - evidence), 1.0 / spread))
         errors[name], evidences[name], expected = np.mean(cases, axis=0)
     assert errors["rss 300"] < errors["rss 20"] < errors["ut"]
     assert errors["rss 300"] < expected
@@ -123,15 +123,15 @@ def test_progressive_update_succeeds_where_one_step_degenerates():
     errors = []
     for seed in range(8):
         z = measure(PRIOR, precision, seed)
-        law, evidence = conjugate(PRIOR, z, precision)
+        distribution, evidence = conjugate(PRIOR, z, precision)
         rough, rough_info = one.update(PRIOR, z)
         state, info = many.update(PRIOR, z)
-        errors.append((moment_error(rough, law.moment()), moment_error(state, law.moment())))
+        errors.append((moment_error(rough, distribution.moment()), moment_error(state, distribution.moment())))
         assert rough_info.fractions == (1.0,) and len(info.fractions) > 3
         assert sum(info.fractions) == pytest.approx(1.0, abs=1e-12)
         assert info.effective_sample_size >= 0.49 * 100 > rough_info.effective_sample_size
         assert info.log_evidence == pytest.approx(evidence, abs=1.0)
-        assert not info.floored
+        assert not info.clamped
     errors = np.mean(errors, axis=0)
     assert errors[1] < 0.5 * errors[0]
 
@@ -153,7 +153,7 @@ def test_prediction_of_a_linear_motion_is_exact(d, side):
     noise = Bingham(-np.sort(rng.uniform(5, 90, d))[::-1], frame(d, 3))
     u = rng.normal(size=d)
     u /= np.linalg.norm(u)
-    exact = BinghamFilter(KnownRotation(noise, left=side == "left"), noise).predict(state, u)
+    exact = BinghamFilter(ControlledRotation(noise, left=side == "left"), noise).predict(state, u)
 
     def motion(x, control, dt):
         return compose(control, x) if side == "left" else compose(x, control)
@@ -167,7 +167,7 @@ def test_prediction_of_a_linear_motion_is_exact(d, side):
 
 
 def test_nonlinear_prediction_matches_random_samples():
-    def motion(q, control, dt):  # a turn whose speed depends on where the body's z axis points
+    def motion(q, control, dt):  # a rotation whose speed depends on where the body's z axis points
         rate = rotate(q, [0.0, 0.0, 1.0])[:, :1] * np.array([0.0, 0.0, 1.5]) + control
         return compose(q, from_rotation_vector(rate * dt))
 
@@ -305,27 +305,27 @@ def test_partly_impossible_likelihoods_are_fused():
 def test_a_single_surviving_sample_is_reported():
     f = SampledFilter(log_likelihood=vector_log_likelihood(np.full(3, 1e8)), sampler=Unscented())
     state, info = f.update(PRIOR, measure(PRIOR, 1e8, 1))
-    assert info.floored and info.effective_sample_size == pytest.approx(1.0)
+    assert info.clamped and info.effective_sample_size == pytest.approx(1.0)
     assert np.isfinite(state.z).all() and state.axis_moments[0] == pytest.approx(f.least_moment, rel=1e-6)
 
 
 def test_rotation_objects_and_other_likelihoods():
     f = SampledFilter(log_likelihood=vector_log_likelihood(np.full(3, 10.0)))
-    turned = f.predict(PRIOR, Rotation.from_rotvec([0.0, 0.0, 0.5]))
-    assert np.allclose(turned.mode, PRIOR.rotate(right=Rotation.from_rotvec([0.0, 0.0, 0.5])).mode) or np.allclose(
-        turned.mode, -PRIOR.rotate(right=Rotation.from_rotvec([0.0, 0.0, 0.5])).mode
+    rotated = f.predict(PRIOR, Rotation.from_rotvec([0.0, 0.0, 0.5]))
+    assert np.allclose(rotated.mode, PRIOR.rotate(right=Rotation.from_rotvec([0.0, 0.0, 0.5])).mode) or np.allclose(
+        rotated.mode, -PRIOR.rotate(right=Rotation.from_rotvec([0.0, 0.0, 0.5])).mode
     )
     flat, _ = f.update(PRIOR, None, log_likelihood=lambda z, q: np.zeros(len(q)))
     assert np.abs(flat.moment() - PRIOR.moment()).max() < 1e-13
 
 
-def test_bad_arguments_are_refused():
+def test_bad_arguments_are_rejected():
     with pytest.raises(InvalidArgumentError, match="log_likelihood"):
         SampledFilter().update(PRIOR, None)
     with pytest.raises(InvalidArgumentError, match="sampler"):
         SampledFilter(sampler="ut")
-    with pytest.raises(InvalidArgumentError, match="least_share"):
-        SampledFilter(least_share=1.0)
+    with pytest.raises(InvalidArgumentError, match="min_share"):
+        SampledFilter(min_share=1.0)
     with pytest.raises(InvalidArgumentError, match="noise_side"):
         SampledFilter(noise_side="both")
     with pytest.raises(InvalidArgumentError, match="dimension 4"):
@@ -340,4 +340,4 @@ def test_collapsed_samples_end_the_progression_and_are_reported():
     z = -rotate(collapsed.mode, REFERENCE)
     state, info = f.update(collapsed, z)
     assert sum(info.fractions) == pytest.approx(1.0, abs=1e-9) and len(info.fractions) <= 500
-    assert info.floored and np.isfinite(state.z).all() and np.isfinite(info.log_evidence)
+    assert info.clamped and np.isfinite(state.z).all() and np.isfinite(info.log_evidence)

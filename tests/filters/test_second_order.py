@@ -14,11 +14,11 @@ PROCESS = Bingham([-4e3, -4e3, -4e3, 0.0], NEAR)
 NOISE = Bingham([-300.0, -200.0, -60.0, 0.0], NEAR)
 
 
-def random_law(rng, scale=50.0):
+def random_distribution(rng, scale=50.0):
     return Bingham(-scale * rng.random(4), np.linalg.qr(rng.normal(size=(4, 4)))[0])
 
 
-def same_law(a, b, tolerance=1e-8):
+def same_distribution(a, b, tolerance=1e-8):
     return np.abs(a.matrix - b.matrix).max() < tolerance * max(1.0, np.abs(b.matrix).max())
 
 
@@ -37,17 +37,17 @@ def flight(rng, spin, length, noise=NOISE, side="left"):
 def test_a_step_is_the_papers_formula(side):
     # §4, with the distribution's own operations: x' = v' ⊗ x; B_v · (f_{y|x} ∘ B_x⁻¹).
     rng = np.random.default_rng(0)
-    x, v = random_law(rng), random_law(rng)
+    x, v = random_distribution(rng), random_distribution(rng)
     f = SecondOrderBinghamFilter(PROCESS, NOISE, noise_side=side)
     u, y = from_rotation_vector([0.3, -0.1, 0.2]), from_rotation_vector([1.0, 0.4, -2.0])
     predicted = f.predict(SpinState(x, v), u)
     spin = PROCESS.compose(v.rotate(left=u))
-    assert same_law(predicted.spin, spin)
-    assert same_law(predicted.orientation, spin.compose(x))
+    assert same_distribution(predicted.spin, spin)
+    assert same_distribution(predicted.orientation, spin.compose(x))
     state, info = f.update(predicted, y)
     likelihood = Bingham.from_matrix(OrientationSensor(NOISE, left=side == "left").likelihood(y).matrix)
-    assert same_law(state.orientation, predicted.orientation.multiply(likelihood))
-    assert same_law(state.spin, spin.multiply(likelihood.compose(x.inverse())))
+    assert same_distribution(state.orientation, predicted.orientation.multiply(likelihood))
+    assert same_distribution(state.spin, spin.multiply(likelihood.compose(x.inverse())))
     _, plain = BinghamFilter(PROCESS, NOISE, noise_side=side).update(predicted.orientation, y)
     assert info.log_evidence == pytest.approx(plain.log_evidence, abs=1e-9)
 
@@ -92,7 +92,7 @@ def test_known_accelerations_are_followed():
 
 def test_a_missing_observation_only_predicts():
     f = SecondOrderBinghamFilter(PROCESS, NOISE)
-    state = f.predict(SpinState(random_law(np.random.default_rng(4)), Bingham([-3.0] * 3 + [0.0], NEAR)))
+    state = f.predict(SpinState(random_distribution(np.random.default_rng(4)), Bingham([-3.0] * 3 + [0.0], NEAR)))
     after, info = f.update(state, np.full(4, np.nan))
     assert after is state
     assert info.log_evidence == 0.0 and not info.accepted
@@ -126,7 +126,7 @@ def test_refusals():
     with pytest.raises(InvalidArgumentError, match="shape"):
         f = SecondOrderBinghamFilter(PROCESS, NOISE)
         f.update(SpinState(Bingham.uniform(4), Bingham.uniform(4)), [1.0, 0.0])
-    with pytest.raises(InvalidArgumentError, match="process_noise: expected a single law of dimension 4"):
+    with pytest.raises(InvalidArgumentError, match="process_noise: expected a single distribution of dimension 4"):
         SecondOrderBinghamFilter(Bingham.uniform(2), Bingham.uniform(2))
-    with pytest.raises(InvalidArgumentError, match="measurement_noise: expected a single law of dimension 4"):
+    with pytest.raises(InvalidArgumentError, match="measurement_noise: expected a single distribution of dimension 4"):
         SecondOrderBinghamFilter(PROCESS, NOISE.rotate(left=np.eye(4)))

@@ -57,7 +57,7 @@ def test_narrow_laws_on_the_circle_agree_with_rauch_tung_striebel():
 
 
 @pytest.mark.parametrize("d", [2, 4])
-def test_the_last_law_is_the_filtered_one_and_a_long_lag_is_the_interval(d):
+def test_the_last_distribution_is_the_filtered_one_and_a_long_lag_is_the_interval(d):
     _, z, sensor = walk(d, 25)
     noise = Bingham(np.r_[np.full(d - 1, -500.0), 0], np.eye(d)[:, ::-1])
     f = BinghamFilter(noise, sensor)
@@ -72,7 +72,7 @@ def test_the_last_law_is_the_filtered_one_and_a_long_lag_is_the_interval(d):
     )
 
 
-def test_smoothing_rotations_halves_the_error_and_narrows_the_law():
+def test_smoothing_rotations_halves_the_error_and_narrows_the_distribution():
     x, z, sensor = walk(4, 400, seed=3)
     f = BinghamFilter(Bingham.from_covariance([1.0, 0, 0, 0], 4e-4 * np.eye(3), frame="body"), sensor)
     prior = Bingham.uniform(4)
@@ -87,7 +87,7 @@ def test_smoothing_rotations_halves_the_error_and_narrows_the_law():
     assert (smoothed.concentrations[middle, 0] < filtered.concentrations[middle, 0]).all()
 
 
-def test_gyroscope_irregular_times_missing_and_refused_measurements():
+def test_gyroscope_irregular_times_missing_and_rejected_measurements():
     rng = np.random.default_rng(7)
     n = 120
     times = np.cumsum(rng.uniform(0.02, 0.2, n))
@@ -114,14 +114,14 @@ def test_gyroscope_irregular_times_missing_and_refused_measurements():
     assert 1.0 < squared.mean() < 6.0
 
 
-def test_what_cannot_be_smoothed_is_refused():
+def test_what_cannot_be_smoothed_is_rejected():
     f = BinghamFilter(
         Bingham([-900.0, -500.0, -100.0, 0.0], np.eye(4)[:, ::-1]), Bingham([-50.0] * 3 + [0.0], np.eye(4)[:, ::-1])
     )
     z = np.tile([1.0, 0, 0, 0], (3, 1))
     with pytest.raises(InvalidArgumentError, match="isotropic process noise"):
         smooth_fixed_interval(f, Bingham.uniform(4), z, controls=z)
-    with pytest.raises(InvalidArgumentError, match="lag: expected a whole number"):
+    with pytest.raises(InvalidArgumentError, match="lag: expected an integer"):
         smooth_fixed_lag(f, Bingham.uniform(4), z, -1)
     with pytest.raises(InvalidArgumentError, match="one sequence"):
         smooth_fixed_interval(f, Bingham.uniform(4), z[None])

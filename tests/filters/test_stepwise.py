@@ -34,7 +34,7 @@ def test_a_gyroscope_and_one_vector_know_all_but_the_turn_about_it(turning):
     f = BinghamFilter(Gyroscope(0.01), VectorSensor(FIELD, 1.0 / 0.02**2))
     track = f.run(Bingham.uniform(4), seen, controls=rate, times=t)
     assert np.all(track.decision[100:140] == -1) and np.all(track.decision[:100] == 1)
-    # the turn about a direction fixed in the world shows in neither sensor: a girdle for ever
+    # the rotation about a direction fixed in the world shows in neither sensor: a girdle for ever
     assert np.all(track.concentrations[:, 2] > -1e-6) and np.all(track.concentrations[50:, 1] < -100.0)
     truth = rotate(conjugate(q), FIELD)
     off = np.arccos(np.clip(np.sum(rotate(conjugate(track.modes), FIELD) * truth, axis=-1), -1.0, 1.0))
@@ -46,14 +46,14 @@ def test_a_gyroscope_and_one_vector_know_all_but_the_turn_about_it(turning):
     assert np.degrees(2.0 * geodesic_error(reversed_rate.modes, q)).max() > 30.0
 
 
-def test_the_last_law_alone_and_a_gate(turning):
+def test_the_last_distribution_alone_and_a_gate(turning):
     t, rate, body, _ = turning
     wrong = body.copy()
     wrong[300] = -body[300]
     f = BinghamFilter(Gyroscope(0.01), VectorSensor(FIELD, 1.0 / 0.02**2), gate=Gate(0.999))
     track = f.run(Bingham.uniform(4), wrong, controls=rate, times=t)
     last = f.run(Bingham.uniform(4), wrong, controls=rate, times=t, keep="last")
-    assert track.decision[300] == 0 and track.statistic[300] > track.threshold
+    assert track.decision[300] == 0 and track.nis[300] > track.threshold
     assert len(last) == 1
     np.testing.assert_array_equal(last.modes[0], track.modes[-1])
 
@@ -82,7 +82,7 @@ def test_rows_and_the_compiled_loop_agree(d):
     np.testing.assert_array_equal(rows.decision, compiled.decision)
     np.testing.assert_allclose(rows.concentrations, compiled.concentrations, rtol=1e-9, atol=1e-12)
     np.testing.assert_allclose(rows.log_evidence, compiled.log_evidence, atol=1e-9)
-    np.testing.assert_allclose(rows.statistic, compiled.statistic, rtol=1e-7, atol=1e-9)
+    np.testing.assert_allclose(rows.nis, compiled.nis, rtol=1e-7, atol=1e-9)
     np.testing.assert_allclose(rows.time, compiled.time)
 
 

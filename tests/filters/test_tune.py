@@ -85,7 +85,7 @@ def test_six_axes_tune_two_densities(recording):
     assert abs(tuning.noise.gyroscope / TRUE["gyroscope"] - 1) < 0.15
 
 
-def test_what_cannot_be_tuned_is_refused(recording):
+def test_what_cannot_be_tuned_is_rejected(recording):
     with pytest.raises(InvalidArgumentError, match="an accelerometer"):
         tune(ImuRecording("gyro", recording.time, recording.gyroscope))
     with pytest.raises(InvalidArgumentError, match="at least 2 s"):

@@ -1,4 +1,4 @@
-"""First moments of von Mises laws against mpmath, and their inverse."""
+"""First moments of von Mises distributions against mpmath, and their inverse."""
 
 import mpmath
 import numpy as np
@@ -33,7 +33,7 @@ def test_the_series_solve_the_differential_equation():
 
 
 @pytest.mark.parametrize("sigma", np.geomspace(1e-7, 1.0, 15))
-def test_the_concentration_of_a_wrapped_normal_law(sigma):
+def test_the_concentration_of_a_wrapped_normal_distribution(sigma):
     # e^{−σ²/2} = A(κ), solved by mpmath: to first order κ = 1/σ² + 1/2.
     kappa = float(von_mises_concentration(-0.5 * sigma**2))
     with mpmath.workdps(60):

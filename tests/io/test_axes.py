@@ -1,4 +1,4 @@
-"""Axes without times: real files, and what is refused."""
+"""Axes without times: real files, and what is rejected."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Malformed input of every reader: one line that names the file, the place and the remedy."""
+"""Malformed input of every reader: one line that names the file, the place and the hint."""
 
 import sys
 import warnings
@@ -93,14 +93,14 @@ TEXTS = [
 ]
 
 
-def refused(read, file, place, problem):
-    """Read; the error must be one line with file, place, problem and a remedy."""
+def rejected(read, file, place, problem):
+    """Read; the error must be one line with file, place, problem and a hint."""
     with pytest.raises(RecordingError, match=problem) as caught:
         read(file)
     message = str(caught.value)
     assert "\n" not in message
     assert message.startswith(f"{file}: {place}")
-    assert "; " in message  # before the remedy
+    assert "; " in message  # before the hint
     assert caught.value.path == str(file)
 
 
@@ -112,20 +112,20 @@ def test_text(tmp_path, read, text, old, new, place, problem):
     read(file)  # is fine as it stands
     assert old in text
     file.write_text(text.replace(old, new, 1))
-    refused(read, file, place, problem)
+    rejected(read, file, place, problem)
 
 
 @pytest.mark.parametrize("read", [read_csv, read_tum, read_euroc, read_broad, read_npz, read_recording])
 def test_empty_binary_and_absent_files(tmp_path, read):
     file = tmp_path / "file.csv"
-    refused(read, file, "", "no such file")
+    rejected(read, file, "", "no such file")
     file.write_bytes(b"")
-    refused(read, file, "", "empty")
+    rejected(read, file, "", "empty")
     file.write_bytes(b"\xff\xfe\x00\x01" * 50)
-    refused(read, file, "", None)
+    rejected(read, file, "", None)
     folder = tmp_path / "folder"
     folder.mkdir()
-    refused(read, folder, "", None)
+    rejected(read, folder, "", None)
 
 
 def test_rounded_quaternions_are_normalised_with_a_warning(tmp_path):
@@ -135,7 +135,7 @@ def test_rounded_quaternions_are_normalised_with_a_warning(tmp_path):
         recording = read_tum(file)
     np.testing.assert_allclose(np.linalg.norm(recording.orientation, axis=1), 1, atol=1e-15)
     file.write_text("0 1 2 3 0 0 0 1.00101\n")
-    refused(read_tum, file, "line 1", "norm 1.00101")
+    rejected(read_tum, file, "line 1", "norm 1.00101")
 
 
 def broad():
@@ -150,7 +150,7 @@ def broad():
     }
 
 
-def plain():
+def plain_arrays():
     return {"t": np.arange(6) / 10, "meas": np.tile([1.0, 0, 0, 0], (6, 1)), "truth": np.tile([0, 1.0, 0, 0], (6, 1))}
 
 
@@ -195,7 +195,7 @@ BINARY = [
     (read_broad, "x.mat", save_mat, broad, "imu_gyr", "imu_mag", "opt_quat"),
     (read_broad, "x.mat", save_mat73, broad, "imu_gyr", "imu_mag", "opt_quat"),
     (read_broad, "x.hdf5", save_hdf5, broad, "imu_gyr", "imu_mag", "opt_quat"),
-    (read_npz, "x.npz", save_npz, plain, "meas", "truth", "truth"),
+    (read_npz, "x.npz", save_npz, plain_arrays, "meas", "truth", "truth"),
     (read_npz, "x.npz", save_npz, trial, "gyr", "acc", "ref_i16"),
     (read_npz, "x.npz", save_npz, trajectory, "quat", "pos", "quat"),
 ]
@@ -212,34 +212,34 @@ def test_binary(tmp_path, read, name, save, content, main, other, quaternion):
     file = tmp_path / name
     good = content()
 
-    def refuse(change, place, problem):
+    def reject_options(change, place, problem):
         save(file, good | change)
-        refused(read, file, place, problem)
+        rejected(read, file, place, problem)
 
     save(file, good)
     assert read(file).size == 6
     whole = file.read_bytes()
     for keep in (len(whole) // 3, len(whole) - 40):
         file.write_bytes(whole[:keep])
-        refused(read, file, "", None)
+        rejected(read, file, "", None)
     save(file, {k: v for k, v in good.items() if k != main})
-    refused(read, file, "", "is missing|no known recording")
-    refuse({main: np.array(good[main])[:, :2]}, f"field {main}", r"shape \(6, 2\)")
-    refuse({main: np.array(good[main])[:0]}, f"field {main}", None)
-    refuse({main: changed(good[main], (3, 1), np.nan)}, f"field {main}, index 3", "finite")
-    refuse({other: np.array(good[other])[:4]}, f"field {other}", "4 rows beside 6 times")
-    refuse({other: changed(good[other], (3, 1), np.nan)}, f"field {other}, index 3", "whole row")
-    refuse({quaternion: 1.002 * np.array(good[quaternion])}, f"field {quaternion}, index", "norm")
+    rejected(read, file, "", "is missing|no known recording")
+    reject_options({main: np.array(good[main])[:, :2]}, f"field {main}", r"shape \(6, 2\)")
+    reject_options({main: np.array(good[main])[:0]}, f"field {main}", None)
+    reject_options({main: changed(good[main], (3, 1), np.nan)}, f"field {main}, index 3", "finite")
+    reject_options({other: np.array(good[other])[:4]}, f"field {other}", "4 rows beside 6 times")
+    reject_options({other: changed(good[other], (3, 1), np.nan)}, f"field {other}, index 3", "whole row")
+    reject_options({quaternion: 1.002 * np.array(good[quaternion])}, f"field {quaternion}, index", "norm")
     if name.endswith("npz"):
-        refuse({main: np.full((6, 3), "text")}, f"field {main}", "of type <U4")
+        reject_options({main: np.full((6, 3), "text")}, f"field {main}", "of type <U4")
         save(file, good | {main: np.full((6, 3), None)})
-        refused(read, file, "", "not a readable npz")
+        rejected(read, file, "", "not a readable npz")
 
 
 LONG = {"t": "time", "gyr": "gyroscope", "acc": "accelerometer", "mag": "magnetometer"}
 
 
-@pytest.mark.parametrize("content", [plain, trajectory, lambda: inertial_arrays()])
+@pytest.mark.parametrize("content", [plain_arrays, trajectory, lambda: inertial_arrays()])
 @pytest.mark.filterwarnings("error::bingham.io.RecordingWarning")
 def test_arrays_have_short_and_long_names(tmp_path, same, content):
     file = tmp_path / "x.npz"
@@ -248,7 +248,7 @@ def test_arrays_have_short_and_long_names(tmp_path, same, content):
     save_npz(file, {LONG.get(name, name): value for name, value in content().items()})
     same(read_npz(file), short)
     save_npz(file, {LONG.get(name, name): value for name, value in content().items()} | {"time": np.zeros(6)})
-    refused(read_npz, file, "field time, index 1", "strictly increasing")
+    rejected(read_npz, file, "field time, index 1", "strictly increasing")
 
 
 def inertial_arrays():
@@ -259,15 +259,15 @@ def inertial_arrays():
 
 def test_arrays_without_times_name_both_ways_to_give_them(tmp_path):
     save_npz(tmp_path / "x.npz", {name: value for name, value in inertial_arrays().items() if name != "t"})
-    refused(read_npz, tmp_path / "x.npz", "field t or rate", "is missing; give times, s, or the sampling rate")
+    rejected(read_npz, tmp_path / "x.npz", "field t or rate", "is missing; give times, s, or the sampling rate")
 
 
-@pytest.mark.parametrize("content", [plain, trajectory])
+@pytest.mark.parametrize("content", [plain_arrays, trajectory])
 def test_times_of_archives(tmp_path, content):
     file = tmp_path / "x.npz"
     for index, value, problem in ((3, np.nan, "finite"), (3, 0.2, "drop duplicates"), (3, 0.1, "sort")):
         save_npz(file, content() | {"t": changed(content()["t"], index, value)})
-        refused(read_npz, file, "field t", problem)
+        rejected(read_npz, file, "field t", problem)
 
 
 @pytest.mark.parametrize(
@@ -281,7 +281,7 @@ def test_times_of_archives(tmp_path, content):
 )
 def test_fields_of_trials(tmp_path, change, place):
     save_npz(tmp_path / "x.npz", trial() | change)
-    refused(read_npz, tmp_path / "x.npz", place, None)
+    rejected(read_npz, tmp_path / "x.npz", place, None)
 
 
 def test_lost_references_are_legal_in_broad(tmp_path):
@@ -292,13 +292,13 @@ def test_lost_references_are_legal_in_broad(tmp_path):
     assert recording.scored.tolist() == [True, False, False, True, True, True]
 
 
-def test_mended_files_of_the_wrong_kind(tmp_path):
+def test_fixed_files_of_the_wrong_kind(tmp_path):
     np.save(tmp_path / "x.npy", np.eye(3))
-    refused(read_npz, tmp_path / "x.npy", "", "not an npz archive")
+    rejected(read_npz, tmp_path / "x.npy", "", "not an npz archive")
     save_npz(tmp_path / "y.npz", {"format": "bingham-imu-9"})
-    refused(read_npz, tmp_path / "y.npz", "field format", "bingham-imu-9")
+    rejected(read_npz, tmp_path / "y.npz", "field format", "bingham-imu-9")
     save_npz(tmp_path / "z.npz", {"format": "bingham-imu-1", "gyroscope": np.ones((2, 3))})
-    refused(read_npz, tmp_path / "z.npz", "field time", "missing")
+    rejected(read_npz, tmp_path / "z.npz", "field time", "missing")
 
 
 def test_tracks(tmp_path):
@@ -308,9 +308,9 @@ def test_tracks(tmp_path):
     assert read_track(file)["time"].shape == (3,)
     whole = file.read_bytes()
     file.write_bytes(whole[: len(whole) // 2])
-    refused(read_track, file, "", "not a readable npz")
+    rejected(read_track, file, "", "not a readable npz")
     save_npz(file, good)
-    refused(read_track, file, "field format", "absent")
+    rejected(read_track, file, "field format", "absent")
     for change, place in (
         ({"time": np.zeros(3)}, "field time, index 1"),
         ({"time": np.arange(2.0)}, "field modes"),
@@ -319,16 +319,16 @@ def test_tracks(tmp_path):
         ({"matrices": np.zeros((2, 4, 4))}, "field matrices"),
     ):
         save_npz(file, good | {"format": "bingham-track-1"} | change)
-        refused(read_track, file, place, None)
+        rejected(read_track, file, place, None)
 
 
 def test_folders_and_unknown_files(tmp_path):
-    refused(read_recording, tmp_path, "", "neither a ROS 2 bag nor an EuRoC sequence")
+    rejected(read_recording, tmp_path, "", "neither a ROS 2 bag nor an EuRoC sequence")
     (tmp_path / "mav0").mkdir()
-    refused(read_recording, tmp_path, "", "no mav0/imu0/data.csv")
+    rejected(read_recording, tmp_path, "", "no mav0/imu0/data.csv")
     file = tmp_path / "notes"
     file.write_text("dear diary\n")
-    refused(read_recording, file, "line 1", "no known format.*supported: CSV")
+    rejected(read_recording, file, "line 1", "no known format.*supported: CSV")
     with pytest.raises(InvalidArgumentError, match="csv, tum"):
         read_recording(file, format="xml")
     with pytest.raises(InvalidArgumentError, match="deg_s"):
@@ -409,15 +409,15 @@ def test_utf_16_is_named(tmp_path, encoding):
     path = tmp_path / "x.csv"
     path.write_text(CSV, encoding=encoding)
     for read in (read_csv, read_recording, read_axes):
-        refused(read, path, "", "UTF-16 text; save it as UTF-8")
+        rejected(read, path, "", "UTF-16 text; save it as UTF-8")
 
 
 def test_decimal_commas_between_commas_are_suspected(tmp_path):
     path = tmp_path / "x.csv"
     path.write_text("t,qw,qx,qy,qz\n0,0,1,0,0,0,0,0,0,0\n0,1,1,0,0,0,0,0,0,0\n")
-    refused(read_csv, path, "line 2", "10 columns where 5 are expected; decimal commas\\?")
+    rejected(read_csv, path, "line 2", "10 columns where 5 are expected; decimal commas\\?")
     path.write_text("t;qw;qx;qy;qz\n0,0;1,0;0,0;0,0;0,0\n")
-    refused(read_csv, path, "line 2, column t", "'0,0' is not a number; a decimal comma")
+    rejected(read_csv, path, "line 2, column t", "'0,0' is not a number; a decimal comma")
 
 
 @pytest.mark.parametrize(
@@ -429,7 +429,7 @@ def test_decimal_commas_between_commas_are_suspected(tmp_path):
         ),
         (
             {"gyroscope": 250.0},
-            r"imu\.csv: gyroscope: up to 250 rad/s, 40 turns a second: degrees/s\? State the unit: .*'deg_s'",
+            r"imu\.csv: gyroscope: up to 250 rad/s, 40 revolutions a second: degrees/s\? State the unit: .*'deg_s'",
         ),
         ({"time": range(0, 50, 10)}, r"time: usually 10 s between .*: is it in milliseconds\? State the unit: .*'ms'"),
     ],
@@ -441,9 +441,9 @@ def test_numbers_in_other_units_are_doubted(tmp_path, values, message):
     assert len(caught) == 1
 
 
-def test_a_motion_that_milliseconds_hide_is_refused(tmp_path):
+def test_a_motion_that_milliseconds_hide_is_rejected(tmp_path):
     path = inertial(tmp_path, time=range(0, 50, 10), gyroscope=0.5)
-    message = r"line 3, column t: expected less than half a turn.* 10 s with 5 rad.*units=\{'time': 'ms'\}"
+    message = r"line 3, column t: expected less than half a rotation.* 10 s with 5 rad.*units=\{'time': 'ms'\}"
     with pytest.raises(RecordingError, match=message):
         read_csv(path)
     assert read_csv(path, units={"time": "ms"}).duration_s == 0.04

@@ -19,8 +19,8 @@ STAMPS = 1_700_000_000_000_000_000 + np.arange(N) * 5_000_000 + RNG.integers(-40
 GYRO, FORCE = RNG.standard_normal((2, N, 3))
 MODES = Bingham.uniform(4).rvs(N, rng=6)
 BODY = np.array([[4e-4, 1e-4, 0.0], [1e-4, 9e-4, 0.0], [0.0, 0.0, 1e-2]])
-LAWS = Bingham.from_covariance(MODES, BODY, frame="body")
-WORLD = LAWS.covariance(frame="world")
+DISTRIBUTIONS = Bingham.from_covariance(MODES, BODY, frame="body")
+WORLD = DISTRIBUTIONS.covariance(frame="world")
 
 
 def write(kind, path, *, imu_topics=("/imu",), empty_topic=False, version=9, name="x", **more):
@@ -83,7 +83,7 @@ def test_version_storage_and_compression_stay(tmp_path, kind):
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_a_message_says_what_the_law_says(tmp_path, kind):
+def test_a_message_says_what_the_distribution_says(tmp_path, kind):
     path = write(kind, tmp_path)
     write_rosbag(target(path), path, **estimates(path))
     _, _, originals = messages(path)
@@ -105,14 +105,14 @@ def test_a_message_says_what_the_law_says(tmp_path, kind):
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_the_law_comes_back(tmp_path, kind):
+def test_the_distribution_comes_back(tmp_path, kind):
     path = write(kind, tmp_path)
     write_rosbag(target(path), path, **estimates(path))
     back = read_rosbag_orientation(target(path), imu_topic="/imu/bingham")
     np.testing.assert_array_equal(back.time, read_rosbag(path).time)
     np.testing.assert_array_equal(back.orientation, MODES)
-    laws = Bingham.from_covariance(back.orientation, back.covariance, frame="world")
-    assert np.max(laws.kl_divergence(LAWS)) < 1e-12
+    distributions = Bingham.from_covariance(back.orientation, back.covariance, frame="world")
+    assert np.max(distributions.kl_divergence(DISTRIBUTIONS)) < 1e-12
 
 
 def test_the_variance_of_the_heading_is_the_last_entry_whatever_the_tilt(tmp_path):
@@ -157,7 +157,7 @@ def test_what_a_driver_says_about_its_orientation(tmp_path, covariance, quaterni
         np.testing.assert_array_equal(read.orientation, np.tile(np.float64(quaternion), (N, 1)))
 
 
-def test_a_quaternion_that_is_none_is_refused(tmp_path):
+def test_a_quaternion_that_is_none_is_rejected(tmp_path):
     path = write("bag", tmp_path, orientation=(2, 0, 0, 0))
     with pytest.raises(RecordingError, match=r"topic /imu, message 1, orientation: norm 2; unit norm within 0.001"):
         read_rosbag_orientation(path)

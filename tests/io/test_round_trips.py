@@ -132,7 +132,7 @@ def test_track_npz_keeps_every_bit(tmp_path):
         read_npz(tmp_path / "one.npz")
 
 
-def test_tracks_of_wrong_shape_are_refused(tmp_path):
+def test_tracks_of_wrong_shape_are_rejected(tmp_path):
     file = tmp_path / "track.csv"
     for change in (
         {"covariance_frame": None},
@@ -279,7 +279,7 @@ def test_tracks_without_an_estimate_at_the_start_come_back(tmp_path):
     np.testing.assert_array_equal(copy["modes"], track.modes)
     np.testing.assert_array_equal(np.isnan(copy["covariance"]).all(axis=(1, 2)), np.arange(r.size) < 20)
     write_track_csv(
-        tmp_path / "late.csv", time=track.time, modes=track.continuous_modes,
+        tmp_path / "late.csv", time=track.time, modes=track.aligned_modes,
         covariance=track.covariance(frame="body"), covariance_frame="body",
     )  # fmt: skip
     lines = [line for line in (tmp_path / "late.csv").read_text().splitlines() if not line.startswith("#")]

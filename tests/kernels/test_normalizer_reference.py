@@ -1,4 +1,4 @@
-"""log F against 40-digit values, its asymptote, its laws and four methods of the literature."""
+"""log F against 40-digit values, its asymptote, its distributions and four methods of the literature."""
 
 import json
 import math
@@ -37,7 +37,7 @@ def test_the_comparison_notices_a_perturbed_value(d):
 
 
 @pytest.mark.parametrize("d", DIMENSIONS)
-def test_uniform_law_has_the_area_of_the_sphere(d):
+def test_uniform_distribution_has_the_area_of_the_sphere(d):
     area = math.log(2) + d / 2 * math.log(math.pi) - math.lgamma(d / 2)
     assert bingham.log_normalizer(np.zeros(d)) == pytest.approx(area, rel=0, abs=tolerance(d))
 

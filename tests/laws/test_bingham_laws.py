@@ -1,4 +1,4 @@
-"""Laws that hold for every dimension, concentration and batch shape, near-singular draws included."""
+"""Distributions that hold for every dimension, concentration and batch shape, near-singular draws included."""
 
 import numpy as np
 import pytest
@@ -20,7 +20,7 @@ def frame(d, seed=0):
     return np.linalg.qr(np.random.default_rng(seed).normal(size=(d, d)))[0]
 
 
-def law(d, name, seed=0):
+def distribution(d, name, seed=0):
     return Bingham(SPECTRA[name](d), frame(d, seed))
 
 
@@ -32,12 +32,12 @@ def directions(d, n=64, seed=1):
 @pytest.mark.parametrize(("d", "name"), CASES)
 def test_density_is_antipodally_symmetric(d, name):
     x = directions(d)
-    np.testing.assert_array_equal(law(d, name).logpdf(x), law(d, name).logpdf(-x))
+    np.testing.assert_array_equal(distribution(d, name).logpdf(x), distribution(d, name).logpdf(-x))
 
 
 @pytest.mark.parametrize(("d", "name"), CASES)
 def test_adding_a_multiple_of_the_identity_changes_nothing_but_f(d, name):
-    p = law(d, name)
+    p = distribution(d, name)
     q = Bingham.from_matrix(p.matrix + 3.25 * np.eye(d))
     scale = max(1.0, -p.z[0])
     np.testing.assert_allclose(q.z, p.z, atol=1e-13 * scale * d)
@@ -46,7 +46,7 @@ def test_adding_a_multiple_of_the_identity_changes_nothing_but_f(d, name):
 
 @pytest.mark.parametrize(("d", "name"), CASES)
 def test_moment_round_trip(d, name):
-    p = law(d, name)
+    p = distribution(d, name)
     q = Bingham.from_moment(p.moment())
     # A dense S has entries of order one: its small eigenvalues are known to rounding of that, no better.
     np.testing.assert_allclose(q.axis_moments, p.axis_moments, rtol=1e-9, atol=1e-15)
@@ -54,13 +54,13 @@ def test_moment_round_trip(d, name):
 
 @pytest.mark.parametrize(("d", "name"), CASES)
 def test_mode_has_the_largest_density(d, name):
-    p = law(d, name)
+    p = distribution(d, name)
     assert np.all(p.logpdf(directions(d)) <= p.logpdf(p.mode) + 1e-12 * max(1.0, -p.z[0]))
 
 
 @pytest.mark.parametrize(("d", "name"), CASES)
 def test_kl_is_zero_for_itself_and_positive_for_others(d, name):
-    p = law(d, name)
+    p = distribution(d, name)
     assert p.kl_divergence(p) == pytest.approx(0.0, abs=1e-9)
     q = Bingham(np.r_[-3.0, np.zeros(d - 1)], frame(d, 5))
     if name != "uniform":
@@ -70,7 +70,7 @@ def test_kl_is_zero_for_itself_and_positive_for_others(d, name):
 
 @pytest.mark.parametrize(("d", "name"), CASES)
 def test_updates_commute_and_associate(d, name):
-    p, q, r = law(d, name), law(d, "isotropic", 7), law(d, "girdle", 9)
+    p, q, r = distribution(d, name), distribution(d, "isotropic", 7), distribution(d, "girdle", 9)
     a, b = p.multiply(q).multiply(r), r.multiply(p.multiply(q))
     c = q.multiply(r).multiply(p)
     scale = max(1.0, -p.z[0])
@@ -80,20 +80,20 @@ def test_updates_commute_and_associate(d, name):
 
 @pytest.mark.parametrize(("d", "name"), [c for c in CASES if c.values[0] in (2, 4)])
 def test_composing_with_a_needle_at_the_identity_changes_nothing(d, name):
-    p = law(d, name)
+    p = distribution(d, name)
     needle = Bingham(np.r_[np.full(d - 1, -1e14), 0.0], np.eye(d)[:, ::-1])
     q = p.compose(needle)
     np.testing.assert_allclose(q.moment(), p.moment(), atol=1e-12)
 
 
 @pytest.mark.parametrize(("d", "name"), [c for c in CASES if c.values[0] in (2, 4)])
-def test_composing_with_the_uniform_law_gives_the_uniform_law(d, name):
-    np.testing.assert_allclose(law(d, name).compose(Bingham.uniform(d)).z, 0.0, atol=1e-11)
+def test_composing_with_the_uniform_distribution_gives_the_uniform_distribution(d, name):
+    np.testing.assert_allclose(distribution(d, name).compose(Bingham.uniform(d)).z, 0.0, atol=1e-11)
 
 
 @pytest.mark.parametrize(("d", "name"), [c for c in CASES if c.values[0] in (2, 4)])
 def test_inverse_and_rotation(d, name):
-    p = law(d, name)
+    p = distribution(d, name)
     x, u = directions(d), directions(d, 1, 3)[0]
     back = np.array(x)
     back[:, 1:] *= -1

@@ -39,8 +39,8 @@ def test_euler_angles_and_their_change_with_a_small_turn():
     np.testing.assert_allclose(angle, q.as_euler("ZYX"), atol=1e-9)
     step = 1e-6
     for k in range(3):
-        turned = Rotation.from_rotvec(step * np.eye(3)[k]) * q
-        change = _yaw_pitch_roll(turned.as_quat(scalar_first=True))[0] - angle
+        rotated = Rotation.from_rotvec(step * np.eye(3)[k]) * q
+        change = _yaw_pitch_roll(rotated.as_quat(scalar_first=True))[0] - angle
         change = (change + np.pi) % (2 * np.pi) - np.pi
         steep = 1 / np.cos(angle[:, 1:2]) ** 2
         assert np.all(np.abs(change / step - jacobian[:, :, k]) < 1e-5 * steep)
@@ -83,7 +83,7 @@ def test_tracks_are_drawn_with_and_without_truth(dim, known):
     truth[:5] = np.nan
     shown = {"truth": truth, "scored": time >= 5, "measured": measured} if known else {}
     draw = plot_track if dim == 4 else plot_planar_track
-    figure = draw(time, track.laws, title="track", **shown)
+    figure = draw(time, track.distributions, title="track", **shown)
     figure.draw_without_rendering()
     drawn = {
         text.get_text() for axes in figure.axes for text in (axes.get_legend().get_texts() if axes.get_legend() else [])
@@ -93,10 +93,10 @@ def test_tracks_are_drawn_with_and_without_truth(dim, known):
     assert ("measured" in drawn) == known
 
 
-def test_a_law_that_leaves_the_mode_open_is_drawn_without_ellipse():
-    law = Bingham([-30.0, 0.0, 0.0], np.eye(3))
-    x = law.rvs(40, rng=5)
-    lines = len(plot_fit(x, law, names=("n", "e", "d")).axes[0].lines)
+def test_a_distribution_that_leaves_the_mode_open_is_drawn_without_ellipse():
+    distribution = Bingham([-30.0, 0.0, 0.0], np.eye(3))
+    x = distribution.rvs(40, rng=5)
+    lines = len(plot_fit(x, distribution, names=("n", "e", "d")).axes[0].lines)
     assert len(plot_fit(x, Bingham([-30.0, -20.0, 0.0], np.eye(3)), names=("n", "e", "d")).axes[0].lines) == lines + 1
 
 
@@ -115,34 +115,34 @@ def turning(degrees_a_second, *, deviation=0.01, count=200):
 
 def test_the_axis_of_the_angles_fits_what_is_there():
     for rate, limits in ((0.5, (-5.0, 10.0)), (40.0, (-185.4, 185.4))):
-        time, _, laws, _ = turning(rate)
-        low, high = plot_track(time, laws).axes[0].get_ylim()
+        time, _, distributions, _ = turning(rate)
+        low, high = plot_track(time, distributions).axes[0].get_ylim()
         assert low <= 0.0 and high >= min(rate * time[-1], 180.0)
         assert low >= limits[0] and high <= limits[1]
 
 
 def test_wide_bands_of_the_first_samples_do_not_set_the_axis():
-    time, _, laws, covariance = turning(0.5)
+    time, _, distributions, covariance = turning(0.5)
     covariance[:1] *= 1e4
-    low, high = plot_track(time, laws, covariance=covariance).axes[0].get_ylim()
+    low, high = plot_track(time, distributions, covariance=covariance).axes[0].get_ylim()
     assert -5.0 < low < high < 10.0
 
 
 def test_what_is_grey_is_in_the_legend():
-    time, modes, laws, _ = turning(0.5)
+    time, modes, distributions, _ = turning(0.5)
     scored = time > 3.0
-    angles, heading, inclination, _ = plot_track(time, laws, truth=modes, scored=scored).axes
+    angles, heading, inclination, _ = plot_track(time, distributions, truth=modes, scored=scored).axes
     assert {"yaw", "pitch", "roll", "truth", "95 % band"} == set(legend(angles))
     assert legend(heading) == legend(inclination) == ["95 % band", "error", "not scored"]
-    _, heading, _, _ = plot_track(time, laws, truth=modes).axes
+    _, heading, _, _ = plot_track(time, distributions, truth=modes).axes
     assert "not scored" not in legend(heading)
 
 
 def test_an_unknown_heading_is_told_in_words():
-    time, modes, laws, covariance = turning(0.5)
+    time, modes, distributions, covariance = turning(0.5)
     covariance[:, 2, 2] = np.pi**2 / 3
     for truth in (None, modes):
-        figure = plot_track(time, laws, covariance=covariance, truth=truth, note="no magnetometer")
+        figure = plot_track(time, distributions, covariance=covariance, truth=truth, note="no magnetometer")
         _, heading, inclination, _ = figure.axes
         nothing = "nothing is known: the 95 % band is the whole circle"
         assert {t.get_text() for t in heading.texts} == {nothing, "no magnetometer"}
@@ -170,8 +170,8 @@ def test_errors_beyond_the_panel_are_marked_and_the_farthest_is_told():
     time = np.arange(400) / 20
     modes = np.tile([1.0, 0.0, 0.0, 0.0], (400, 1))
     modes[200] = from_rotation_vector([0.0, 0.0, np.radians(-20.0)])
-    laws = Bingham.from_covariance(modes, 1e-4 * np.eye(3), frame="body")
-    _, heading, inclination, _ = plot_track(time, laws, truth=np.tile([1.0, 0.0, 0.0, 0.0], (400, 1))).axes
+    distributions = Bingham.from_covariance(modes, 1e-4 * np.eye(3), frame="body")
+    _, heading, inclination, _ = plot_track(time, distributions, truth=np.tile([1.0, 0.0, 0.0, 0.0], (400, 1))).axes
     assert "error, up to 20° ▾" in heading.get_legend_handles_labels()[1]
     assert "error" in inclination.get_legend_handles_labels()[1]
     (mark,) = [line for line in heading.lines if line.get_marker() == "v" and len(line.get_xdata())]
@@ -201,8 +201,8 @@ def test_a_density_that_is_not_to_be_used_says_so_over_its_panel():
 def test_labels_of_modes_that_nearly_coincide_lie_apart():
     frame = np.eye(3)
     tilted = from_rotation_vector([0.02, 0.0, 0.0])
-    laws = Bingham([[-90.0, -9.0, 0.0], [-5.0, -4.0, 0.0]], [frame, to_rotation(tilted).as_matrix() @ frame])
-    mixture = BinghamMixture([0.5, 0.5], laws)
+    distributions = Bingham([[-90.0, -9.0, 0.0], [-5.0, -4.0, 0.0]], [frame, to_rotation(tilted).as_matrix() @ frame])
+    mixture = BinghamMixture([0.5, 0.5], distributions)
     figure = plot_mixture(mixture.rvs(50, rng=1), mixture)
     figure.canvas.draw()
     one, two = (t.get_window_extent() for t in figure.axes[1].texts if t.get_text() in ("1", "2"))
@@ -212,6 +212,6 @@ def test_labels_of_modes_that_nearly_coincide_lie_apart():
 
 
 def test_axes_without_names_are_drawn_as_x_y_z():
-    law = Bingham([-9.0, -3.0, 0.0], np.eye(3))
-    axes = plot_fit(law.rvs(30, rng=1), law).axes[0]
+    distribution = Bingham([-9.0, -3.0, 0.0], np.eye(3))
+    axes = plot_fit(distribution.rvs(30, rng=1), distribution).axes[0]
     assert "hemisphere −z" in axes.get_title()

@@ -11,11 +11,13 @@ from bingham.plot.studies.style import new_figure
 
 
 def test_tangent_vectors_have_the_angle_from_the_mode_and_no_sign():
-    law = Bingham([-5.0, -4.0, -3.0, 0.0], np.linalg.qr(np.random.default_rng(1).normal(size=(4, 4)))[0])
-    x = law.rvs(50, rng=2)
-    t = tangent(law, x)
-    assert np.allclose(np.linalg.norm(t, axis=1), np.arccos(np.abs(x @ law.mode)), atol=1e-12)
-    assert np.allclose(t, tangent(law, -x)) and np.allclose(tangent(law, law.mode[None]), 0.0)
+    distribution = Bingham([-5.0, -4.0, -3.0, 0.0], np.linalg.qr(np.random.default_rng(1).normal(size=(4, 4)))[0])
+    x = distribution.rvs(50, rng=2)
+    t = tangent(distribution, x)
+    assert np.allclose(np.linalg.norm(t, axis=1), np.arccos(np.abs(x @ distribution.mode)), atol=1e-12)
+    assert np.allclose(t, tangent(distribution, -x)) and np.allclose(
+        tangent(distribution, distribution.mode[None]), 0.0
+    )
 
 
 def test_points_are_drawn_where_they_are():

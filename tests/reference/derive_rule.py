@@ -142,7 +142,7 @@ def error_table(rule: dict[str, list[float]]) -> str:
         "",
         "Largest relative error over spectra that the fit has not seen, against 40-digit values;",
         "written by `derive_rule.py`. Each cell: error of the rule in exact arithmetic / in double arithmetic. The",
-        "unnormalised first derivatives ∂F/∂zᵢ of a law in d dimensions are laws in d + 2, the second ones in d + 4.",
+        "unnormalised first derivatives ∂F/∂zᵢ in d dimensions are normalisers in d + 2, the second ones in d + 4.",
         "",
         "| spectra | d | F | ∂F | ∂²F |",
         "|---|---|---|---|---|",

@@ -1,4 +1,4 @@
-"""Forty-digit log-normalisers of the Bingham law, by two methods that share nothing but the definition.
+"""Forty-digit log-normalisers of the Bingham distribution, by two methods that share nothing but the definition.
 
 With b(z) = ∫_{S^{d−1}} exp(xᵀ diag(z) x) dx = 2 π^{d/2} · h(z), where h(z) = L⁻¹{∏ᵢ (s − zᵢ)^{−1/2}}(1):
 

@@ -1,11 +1,11 @@
-"""Compute `normalizer.json`: log-normalisers, moments and Hessians of the Bingham law to 25 digits.
+"""Compute `normalizer.json`: log-normalisers, moments and Hessians of the Bingham distribution to 25 digits.
 
 Run from the project root: ``python tests/reference/make_table.py`` (about ten minutes on one core).
 
 Every spectrum is evaluated by both methods of `exact`; value, moments and Hessian entries must agree to 1e-40, or no
-table is written. The special laws that have closed forms are compared with those as well: Bessel's form for d = 2
-(Kurz et al. 2014, eq. 77), Wood's integral for d = 4, Kummer's function for isotropic laws of any d. The agreement
-reached is stored with the table.
+table is written. The special distributions that have closed forms are compared with those as well: Bessel's form for d
+= 2 (Kurz et al. 2014, eq. 77), Wood's integral for d = 4, Kummer's function for isotropic distributions of any d. The
+agreement reached is stored with the table.
 """
 
 from __future__ import annotations
@@ -70,7 +70,7 @@ def closed_form(family: str, z: tuple[float, ...]) -> mpf | None:
     if d == 2:
         return mp.exp(mpf(z[0]) / 2) * mp.besseli(0, mpf(z[0]) / 2)
     if family in ("equal", "uniform"):
-        # E[exp(c(x_d² − 1))] under the uniform law, by Kummer's transformation free of cancellation
+        # E[exp(c(x_d² − 1))] under the uniform distribution, by Kummer's transformation free of cancellation
         c = -mpf(z[0])
         return mp.rgamma(mpf(d) / 2) * mp.hyp1f1(mpf(d - 1) / 2, mpf(d) / 2, -c)
     if family == "girdle":

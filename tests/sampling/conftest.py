@@ -7,8 +7,8 @@ from bingham.distributions.normalizer import log_normalizer_derivatives
 def fourth_moments():
     """E[yᵢ² yⱼ²] (d, d) in the principal axes, exact: the Hessian of log F is Cov(yᵢ², yⱼ²)."""
 
-    def compute(law):
-        _, w, hessian = log_normalizer_derivatives(law.z)
+    def compute(distribution):
+        _, w, hessian = log_normalizer_derivatives(distribution.z)
         return hessian + w[:, None] * w
 
     return compute

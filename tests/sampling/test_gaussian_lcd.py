@@ -74,7 +74,7 @@ def test_distance_equals_numerical_integral_over_widths(n):
 def test_gradient_is_the_derivative():
     rng = np.random.default_rng(3)
     x, direction = rng.normal(size=(5, 3)), rng.normal(size=(5, 3))
-    for options in ({}, {"mirrored": True}, {"mirrored": True, "middle": 1}):
+    for options in ({}, {"symmetric": True}, {"symmetric": True, "middle": 1}):
         h = 1e-5
         numeric = (distance(x + h * direction, **options)[0] - distance(x - h * direction, **options)[0]) / (2 * h)
         assert np.sum(distance(x, **options)[1] * direction) == pytest.approx(numeric, rel=1e-7)
@@ -83,7 +83,7 @@ def test_gradient_is_the_derivative():
 def test_folded_distance_equals_that_of_all_points():
     x = np.random.default_rng(4).normal(size=(5, 2))
     whole = np.concatenate([x, np.zeros((1, 2)), -x])
-    value, slope = distance(x, mirrored=True, middle=1)
+    value, slope = distance(x, symmetric=True, middle=1)
     everywhere = distance(whole)
     assert value == pytest.approx(everywhere[0], abs=1e-12)
     assert np.allclose(slope, everywhere[1][:5] - everywhere[1][6:], atol=1e-12)
@@ -114,7 +114,7 @@ def test_optimum_cannot_be_improved_by_small_moves_that_keep_the_moment():
         assert distance(moved)[0] > best
 
 
-def test_points_come_from_the_cache_and_damage_is_mended(empty_cache, monkeypatch):
+def test_points_come_from_the_cache_and_damage_is_fixed(empty_cache, monkeypatch):
     first = standard_normal_points(3, 30)
     (path,) = empty_cache.glob("*.npy")
     standard_normal_points.cache_clear()
@@ -140,7 +140,7 @@ def test_a_folder_that_cannot_be_written_warns_and_still_answers(tmp_path, monke
     assert math.isclose(float(points[:, 0] @ points[:, 0]), 5.0)
 
 
-def test_too_few_points_are_refused():
+def test_too_few_points_are_rejected():
     with pytest.raises(InvalidArgumentError, match="at least 6"):
         standard_normal_points(3, 5)
     with pytest.raises(InvalidArgumentError, match="at least 4"):

@@ -1,4 +1,4 @@
-"""Laws of mechanics that the simulated motions must obey."""
+"""Distributions of mechanics that the simulated motions must obey."""
 
 import numpy as np
 import pytest

@@ -53,7 +53,7 @@ def test_vectors_point_where_the_orientation_says():
 
 
 def within_chi2(values, variance):
-    """Sum of squares within the central 1 − 1e-6 of its law."""
+    """Sum of squares within the central 1 − 1e-6 of its distribution."""
     low, high = chi2.ppf([5e-7, 1 - 5e-7], values.size) * variance
     return low < np.sum(values**2) < high
 
@@ -104,7 +104,7 @@ def test_arguments_out_of_range():
 
 
 @pytest.mark.parametrize("kappa", [5.0, 400.0])
-def test_orientation_noise_has_the_spread_of_its_law(kappa):
+def test_orientation_noise_has_the_spread_of_its_distribution(kappa):
     """exp(κ w²) on the quaternions: E cos(angle) = d/da log(I₀(a) − I₁(a)) at a = κ/2."""
     size, a = 20_000, kappa / 2
     noise = Bingham([-kappa, -kappa, -kappa, 0.0], np.eye(4)[:, ::-1])
@@ -117,7 +117,7 @@ def test_orientation_noise_has_the_spread_of_its_law(kappa):
 
 
 class Noise:
-    """A law with the interface of `Bingham` that always gives one rotation of 0.1 rad about the body's x axis."""
+    """A distribution like `Bingham` that always gives one rotation of 0.1 rad about the body's x axis."""
 
     dim = 4
 

@@ -7,22 +7,24 @@ from bingham.studies.study import Row
 
 
 @pytest.mark.parametrize("z", [[-3.0, 0.0], [-50.0, -4.0, -0.5, 0.0]])
-def test_the_error_of_a_right_law_is_one_in_the_mean(z):
+def test_the_error_of_a_right_distribution_is_one_in_the_mean(z):
     rng = np.random.default_rng(0)
     frame = np.linalg.qr(rng.standard_normal((len(z), len(z))))[0]
-    law = Bingham(z, frame)
-    x = law.rvs(40_000, rng=rng)
-    error = moment_error(law, x)
+    distribution = Bingham(z, frame)
+    x = distribution.rvs(40_000, rng=rng)
+    error = moment_error(distribution, x)
     assert error.mean() == pytest.approx(1.0, abs=4.0 * error.std() / 200.0)
-    np.testing.assert_array_equal(moment_error(law, -x), error)
-    # Negative control: a law that says twice the concentration.
+    np.testing.assert_array_equal(moment_error(distribution, -x), error)
+    # Negative control: a distribution that says twice the concentration.
     assert moment_error(Bingham(2.0 * np.array(z), frame), x).mean() > 1.2
 
 
 def test_a_batch_of_laws_meets_its_own_truths():
-    laws = Bingham.from_spectrum(np.array([[-3.0, 0.0], [-9.0, 0.0]]), np.tile(np.eye(2), (2, 1, 1)))
+    distributions = Bingham.from_spectrum(np.array([[-3.0, 0.0], [-9.0, 0.0]]), np.tile(np.eye(2), (2, 1, 1)))
     truth = np.array([[0.6, 0.8], [1.0, 0.0]])
-    np.testing.assert_allclose(moment_error(laws, truth), [moment_error(laws[i], truth[i]) for i in (0, 1)])
+    np.testing.assert_allclose(
+        moment_error(distributions, truth), [moment_error(distributions[i], truth[i]) for i in (0, 1)]
+    )
 
 
 def test_rows_join_the_chunks():

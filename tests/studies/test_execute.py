@@ -199,17 +199,17 @@ NOTHING = Study("demo", "none", 5, lambda runs, seed, options: [],
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        ({"runs": 0}, "runs: expected a whole number, at least 1, got 0"),
-        ({"runs": 2.5}, "runs: expected a whole number, at least 1, got 2.5"),
-        ({"runs": True}, "runs: expected a whole number"),
-        ({"seed": -1}, "seed: expected a whole number, at least 0, got -1"),
-        ({"seed": "1"}, "seed: expected a whole number, at least 0, got '1'"),
-        ({"jobs": 0}, "jobs: expected a whole number, at least 1, got 0"),
+        ({"runs": 0}, "runs: expected an integer, at least 1, got 0"),
+        ({"runs": 2.5}, "runs: expected an integer, at least 1, got 2.5"),
+        ({"runs": True}, "runs: expected an integer"),
+        ({"seed": -1}, "seed: expected an integer, at least 0, got -1"),
+        ({"seed": "1"}, "seed: expected an integer, at least 0, got '1'"),
+        ({"jobs": 0}, "jobs: expected an integer, at least 1, got 0"),
         ({"jobs": 2, "scheduler": "tcp://10.0.0.5:8786"}, "jobs: expected 1 with a scheduler"),
         ({"options": {"recorded": 1}}, "options: expected those that demo takes: recording, got recorded"),
     ],
 )
-def test_run_study_refuses(arguments, words):
+def test_run_study_rejects(arguments, words):
     with pytest.raises(InvalidArgumentError, match=words):
         run_study(NOTHING, **arguments)
 

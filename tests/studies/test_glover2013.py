@@ -23,7 +23,7 @@ from bingham.studies.glover2013_ball import (
     simulate_flight,
 )
 from bingham.studies.glover2013_composition import COMPOSED, composition_error
-from bingham.studies.glover2013_signals import IDENTITY, isotropic_law, matching_covariance, projected_draws
+from bingham.studies.glover2013_signals import IDENTITY, isotropic_distribution, matching_covariance, projected_draws
 from bingham.studies.study import generator
 
 
@@ -39,15 +39,15 @@ def result():
 
 @pytest.mark.parametrize("padded", [False, True])
 @pytest.mark.parametrize("z", [(-50.0,) * 3, (-200.0,) * 3, (-400.0, -400.0, -10.0)])
-def test_projected_gaussians_have_the_second_moment_of_the_published_law(z, padded):
-    law, covariance = isotropic_law(z), matching_covariance(z, padded)
-    np.testing.assert_allclose(from_gaussian(IDENTITY, covariance).z, law.z, rtol=1e-8)
+def test_projected_gaussians_have_the_second_moment_of_the_published_distribution(z, padded):
+    distribution, covariance = isotropic_distribution(z), matching_covariance(z, padded)
+    np.testing.assert_allclose(from_gaussian(IDENTITY, covariance).z, distribution.z, rtol=1e-8)
     x = projected_draws(covariance, 200_000, np.random.default_rng(0))
     moment = x.T @ x / len(x)
     spread = np.sqrt(np.einsum("ni,nj->ij", x**2, x**2) / len(x) - moment**2)
-    assert np.all(np.abs(moment - law.moment()) * np.sqrt(len(x)) < 5.0 * spread)
+    assert np.all(np.abs(moment - distribution.moment()) * np.sqrt(len(x)) < 5.0 * spread)
     # Negative control: the Gaussian of equal moments before the projection, eq. (57) of Kurz et al. 2014.
-    assert np.all(from_gaussian(*to_gaussian(law)).z[:-1] < 1.01 * np.array(z))
+    assert np.all(from_gaussian(*to_gaussian(distribution)).z[:-1] < 1.01 * np.array(z))
 
 
 def test_the_bingham_filter_is_ahead_of_the_published_ekf(result):
@@ -105,8 +105,8 @@ def test_composition_errors_are_of_the_published_size(result):
 
 
 def test_composition_error_equals_a_plain_quadrature():
-    # About one axis everything lies on a circle: laws concentrated in two directions, free in the third.
-    p, q = isotropic_law((-10.0, -10.0, -1.0)), isotropic_law((-10.0, -10.0, -1.0))
+    # About one axis everything lies on a circle: distributions concentrated in two directions, free in the third.
+    p, q = isotropic_distribution((-10.0, -10.0, -1.0)), isotropic_distribution((-10.0, -10.0, -1.0))
     matched = p.compose(q)
     x = Bingham.uniform(4).rvs(200_000, rng=3)
     log_b = matched.logpdf(x)
@@ -128,7 +128,8 @@ def test_flights_are_as_described():
 
 
 def test_out_of_sight_is_the_other_half():
-    # The published law of unseen orientations is the fit to the half of the sphere where the flights hide the logo.
+    # The published distribution of unseen orientations is the fit to the half of the sphere where the flights hide the
+    # logo.
     rng = np.random.default_rng(4)
     x = rng.standard_normal((200_000, 4))
     x /= np.linalg.norm(x, axis=1, keepdims=True)
@@ -153,13 +154,14 @@ def _two_frames(hidden):
 
 @pytest.mark.parametrize("hidden", [False, True])
 def test_the_fair_first_order_filter_has_the_papers_likelihood_of_raw_observations(hidden):
-    # Two frames: B_v · (f(y'|x') ∘ f(y|x)⁻¹), the laws of x written out; the turned noise is the same law.
+    # Two frames: B_v · (f(y'|x') ∘ f(y|x)⁻¹), the distributions of x written out; the rotated noise is the same
+    # distribution.
     two = _two_frames(hidden)
     before = LOGO.inverse().rotate(left=two["seen"][0, 0])
     now = DARK.inverse().rotate(left=BACK) if hidden else LOGO.inverse().rotate(left=two["seen"][1, 0])
     prior = PROCESS.compose(PROCESS.compose(SPIN_PRIOR))
     both = [prior.multiply(now.rotate(right=turn).compose(before.inverse())) for turn in ([1.0, 0, 0, 0], HALF_TURN)]
-    errors = [2.0 * geodesic_error(law.mode, two["spin"]) for law in both]
+    errors = [2.0 * geodesic_error(distribution.mode, two["spin"]) for distribution in both]
     name = "bingham_first_order_fair"
     found = run_filters(two, 5, SPIN_TYPES, [name])[f"spin_error/{name}"]
     assert min(abs(found[1] - error) for error in errors) < 1e-9
@@ -172,8 +174,10 @@ def test_the_published_first_order_filter_has_fixed_noise(hidden):
     later = np.atleast_2d(BACK) if hidden else two["seen"][1]
     noise = (DARK if hidden else LOGO).compose(LOGO.inverse())
     prior = PROCESS.compose(PROCESS.compose(SPIN_PRIOR))
-    laws = [prior.multiply(noise.inverse().rotate(right=y)) for y in compose(later, conjugate(two["seen"][0, 0]))]
-    errors = [2.0 * geodesic_error(law.mode, two["spin"]) for law in laws]
+    distributions = [
+        prior.multiply(noise.inverse().rotate(right=y)) for y in compose(later, conjugate(two["seen"][0, 0]))
+    ]
+    errors = [2.0 * geodesic_error(distribution.mode, two["spin"]) for distribution in distributions]
     name = "bingham_first_order"
     found = run_filters(two, 5, SPIN_TYPES, [name])[f"spin_error/{name}"]
     assert min(abs(found[1] - error) for error in errors) < 1e-9
@@ -209,38 +213,38 @@ def test_the_papers_order_appears(level, flights):
 
 @pytest.fixture
 def guess():
-    """Return a flight of 30 frames, guesses of its orientations and spin, some half a turn off, and their law."""
-    law, rng = isotropic_law((-40.0, -40.0, -10.0)), np.random.default_rng(7)
+    """Return a flight of 30 frames, guesses of orientations and spin, some half a turn off, and their noise."""
+    distribution, rng = isotropic_distribution((-40.0, -40.0, -10.0)), np.random.default_rng(7)
     flight = {"orientation": Bingham.uniform(4).rvs(30, rng=rng), "spin": SPIN_TYPES[2]}
-    orientations = compose(flight["orientation"], law.inverse().rvs(30, rng=rng))
+    orientations = compose(flight["orientation"], distribution.inverse().rvs(30, rng=rng))
     orientations[10:20] = compose(orientations[10:20], HALF_TURN)
-    return flight, orientations, compose(law.inverse().rvs(30, rng=rng), flight["spin"]), law
+    return flight, orientations, compose(distribution.inverse().rvs(30, rng=rng), flight["spin"]), distribution
 
 
 @pytest.mark.parametrize("factor", [0.1, 1.0, 10.0])
 def test_what_is_covered_lies_within_the_credible_angle_of_the_nearer_twin(guess, factor):
-    flight, orientations, spins, law = guess
-    law = Bingham(factor * law.z, law.M)
-    laws = [law.rotate(left=q) for q in orientations], [law.rotate(right=v) for v in spins]
-    angle = law.credible_angle(0.95)
+    flight, orientations, spins, distribution = guess
+    distribution = Bingham(factor * distribution.z, distribution.M)
+    distributions = [distribution.rotate(left=q) for q in orientations], [distribution.rotate(right=v) for v in spins]
+    angle = distribution.credible_angle(0.95)
     twins = [geodesic_error(orientations, compose(flight["orientation"], h)) for h in ([1.0, 0, 0, 0], HALF_TURN)]
     inside = np.minimum(*twins) <= angle, geodesic_error(spins, flight["spin"]) <= angle
     # Frames 10, 20 and 30, moved through the flight, so that all are seen.
     for shift in range(0, 30, 3):
-        turned = {"orientation": np.roll(flight["orientation"], shift, axis=0), "spin": flight["spin"]}
-        found = score(Found(*(_rolled(x, shift) for x in laws), [0] * 30), turned, 0)
+        rotated = {"orientation": np.roll(flight["orientation"], shift, axis=0), "spin": flight["spin"]}
+        found = score(Found(*(_rolled(x, shift) for x in distributions), [0] * 30), rotated, 0)
         for key, expected in zip(("orientation_covered", "spin_covered"), inside, strict=True):
             np.testing.assert_array_equal(found[key], np.roll(expected, shift)[[9, 19, 29]])
     share = {0.1: (0.95, 1.0), 1.0: (0.85, 1.0), 10.0: (0.0, 0.5)}[factor]
     assert all(share[0] <= part.mean() <= share[1] for part in inside)
 
 
-def _rolled(laws, shift):
-    return laws[-shift:] + laws[:-shift] if shift else laws
+def _rolled(distributions, shift):
+    return distributions[-shift:] + distributions[:-shift] if shift else distributions
 
 
 @pytest.mark.parametrize("deviation", [0.02, 0.05])
-def test_gaussians_cover_by_their_normalized_error(guess, deviation):
+def test_gaussians_cover_by_their_nees(guess, deviation):
     flight, orientations, spins, _ = guess
     covariance = deviation**2 * np.eye(4)
     found = score(
@@ -276,8 +280,8 @@ def test_the_second_order_filter_covers_what_its_model_makes(monkeypatch):
     # Binomial standard error: 0.015.
     assert np.all(np.abs(np.array(covered()) - 0.95) < 0.045)
     # Negative control: noises taken for a third as wide.
-    monkeypatch.setattr("bingham.studies.ball_filters.LOGO", isotropic_law((-360.0, -360.0, -90.0)))
-    monkeypatch.setattr("bingham.studies.ball_filters.PROCESS", isotropic_law((-3600.0,) * 3))
+    monkeypatch.setattr("bingham.studies.ball_filters.LOGO", isotropic_distribution((-360.0, -360.0, -90.0)))
+    monkeypatch.setattr("bingham.studies.ball_filters.PROCESS", isotropic_distribution((-3600.0,) * 3))
     assert max(covered()) < 0.7
 
 

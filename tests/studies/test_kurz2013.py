@@ -27,7 +27,7 @@ def test_published_angular_variances():
 
 @pytest.mark.parametrize("z1", [0.0, -0.3, -3.0, -200.0, -1e6])
 def test_angular_variance_limits(z1):
-    # π²/12 for the uniform law, 1/(2|z₁|) for narrow ones.
+    # π²/12 for the uniform distribution, 1/(2|z₁|) for narrow ones.
     value = angular_variance(Bingham([z1, 0.0], np.eye(2)))
     if z1 == 0.0:
         assert value == pytest.approx(np.pi**2 / 12, rel=1e-12)
@@ -43,10 +43,10 @@ def test_angular_variance_limits(z1):
 
 def test_divergence_is_that_of_the_definition():
     z1 = -3.0
-    law, variance = Bingham([z1, 0.0], np.eye(2)), angular_variance(Bingham([z1, 0.0], np.eye(2)))
+    distribution, variance = Bingham([z1, 0.0], np.eye(2)), angular_variance(Bingham([z1, 0.0], np.eye(2)))
 
     def integrand(t):
-        f = 2.0 * np.exp(z1 * np.sin(t) ** 2 - law.log_normalizer)
+        f = 2.0 * np.exp(z1 * np.sin(t) ** 2 - distribution.log_normalizer)
         return f * np.log(f / (np.exp(-0.5 * t * t / variance) / np.sqrt(2.0 * np.pi * variance)))
 
     assert bingham_gaussian_divergence(z1) == pytest.approx(

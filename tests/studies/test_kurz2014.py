@@ -23,7 +23,7 @@ def test_gaussians_to_the_papers_two_digits():
         assert abs(covariance[0, 1]) < 1e-15
 
 
-def test_gaussian_noise_keeps_its_moments_in_the_refitted_law():
+def test_gaussian_noise_keeps_its_moments_in_the_refitted_distribution():
     rng = np.random.default_rng(0)
     for scenario in SCENARIOS:
         for which in (0, 1):

@@ -8,12 +8,12 @@ import pytest
 from bingham import Bingham
 from bingham.filters.exact_vector import exact_vector_posterior
 from bingham.filters.first_order import BinghamFilter
-from bingham.models.motion import KnownRotation
+from bingham.models.motion import ControlledRotation
 from bingham.rotations import rotate
 from bingham.studies import load_study
 from bingham.studies.execute import run_study
 from bingham.studies.li2019 import PROCESS, VECTOR, IsotropicVector, milliseconds_per_step, rotated, simulate
-from bingham.studies.li2019_sampling import EXAMPLES, _case, law_of, trust_region
+from bingham.studies.li2019_sampling import EXAMPLES, _case, distribution_of, trust_region
 
 
 @pytest.fixture(scope="module")
@@ -31,7 +31,7 @@ def test_rotated_vector_is_the_sandwich_product():
 
 def test_isotropic_vector_is_conjugate():
     variance, z = 0.02, np.array([0.3, -0.9, 0.5])
-    f = BinghamFilter(KnownRotation(PROCESS), IsotropicVector(variance))
+    f = BinghamFilter(ControlledRotation(PROCESS), IsotropicVector(variance))
     state, info = f.update(PROCESS, z)
     constant = -1.5 * np.log(2.0 * np.pi * variance)
     exact = exact_vector_posterior(
@@ -77,9 +77,9 @@ def test_trust_region_against_pymanopt():
     from bingham.sampling import RiemannianSampling
     from bingham.sampling.descent import moment_residual
 
-    law = law_of((1.0, 8.0, 70.0))
-    moment, penalty = law.moment(), 1e-3
-    start = RiemannianSampling(16, map="gnomonic", correction="none").sample(law).points
+    distribution = distribution_of((1.0, 8.0, 70.0))
+    moment, penalty = distribution.moment(), 1e-3
+    start = RiemannianSampling(16, map="gnomonic", correction="none").sample(distribution).points
     m = len(start)
     manifold = pymanopt.manifolds.Oblique(3, m)
 

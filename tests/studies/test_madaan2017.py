@@ -26,13 +26,13 @@ def _variance(z):
     return 4.0 / (2.0 * abs(z))
 
 
-def _covered(stated, actual):
-    """Share of errors, three of the actual variance, within 95 % regions from the stated one."""
-    return chi2.cdf(chi2.ppf(0.95, 3) * stated / actual, 3)
+def _covered(reported, actual):
+    """Share of errors, three of the actual variance, within 95 % regions from the reported one."""
+    return chi2.cdf(chi2.ppf(0.95, 3) * reported / actual, 3)
 
 
 def _marginals(w, r, orientation_disturbed):
-    """Return actual and stated variances, of orientation and spin, of a linear filter that keeps marginals only.
+    """Return actual and reported variances, of orientation and spin, of a linear filter that keeps marginals only.
 
     x' = x + v', v' = v + w, z = x' + noise; or, if the orientation is disturbed, x' = x + c + d with constant c and
     d of half of w's variance, and the spin meant is c + d.
@@ -78,14 +78,14 @@ def test_filtering_a_precessing_body(result):
 @pytest.mark.parametrize("level", [None, *range(len(SPIN_NOISES))])
 def test_the_second_order_filter_errs_and_covers_as_marginals_of_a_linear_filter(result, level):
     case = "precession" if level is None else f"precession, spin noise {SPIN_NOISES[level]:.0f}"
-    law = SPIN_CHANGE if level is None else isotropic(SPIN_NOISES[level])
-    actual, stated = _marginals(_variance(law.z[0]), _variance(NOISE.z[0]), level is None)
+    distribution = SPIN_CHANGE if level is None else isotropic(SPIN_NOISES[level])
+    actual, reported = _marginals(_variance(distribution.z[0]), _variance(NOISE.z[0]), level is None)
     for k, prefix in enumerate(("", "spin_")):
         rmse = result.value(case, "bingham_second_order", f"{prefix}rmse_rad")
         assert rmse == pytest.approx(np.sqrt(3.0 * actual[k]), rel=0.06)
         covered = result.value(case, "bingham_second_order", f"{prefix}coverage_95")
         # 200 steps are counted, neighbours a little alike: at 0.88 a standard error is about 0.03.
-        assert covered == pytest.approx(_covered(stated[k], actual[k]), abs=0.07 if level == 2 else 0.045)
+        assert covered == pytest.approx(_covered(reported[k], actual[k]), abs=0.07 if level == 2 else 0.045)
 
 
 def test_the_change_of_spin_is_that_of_the_truth():
@@ -96,12 +96,12 @@ def test_the_change_of_spin_is_that_of_the_truth():
 
 
 def test_bodies_obey_their_models():
-    law = isotropic(-1e3)
-    body = disturbed_spin(law, generator(1))
+    distribution = isotropic(-1e3)
+    body = disturbed_spin(distribution, generator(1))
     np.testing.assert_allclose(compose(body["spin"][1:], body["truth"][:-1]), body["truth"][1:], atol=1e-12)
     nominal = compose(body["controls"][1:], body["spin"][:-1])
     w = compose(body["spin"][1:], nominal * [1.0, -1.0, -1.0, -1.0])
-    np.testing.assert_allclose(np.mean(np.sum(w[:, 1:] ** 2, axis=1)), 1.0 - law.axis_moments[3], rtol=0.08)
+    np.testing.assert_allclose(np.mean(np.sum(w[:, 1:] ** 2, axis=1)), 1.0 - distribution.axis_moments[3], rtol=0.08)
     half = 0.5 * np.mean((2.0 * geodesic_error(body["measured"], body["truth"])) ** 2)
     assert half == pytest.approx(1.5 * _variance(NOISE.z[0]), rel=0.06)
 
@@ -113,9 +113,9 @@ def test_coverage_counts_what_lies_within_credible_angles(z):
     modes = compose(truth, isotropic(z).rvs(400, rng=rng))
     frames = np.stack([isotropic(z).rotate(left=q).M for q in modes])
     for factor in (0.25, 1.0, 4.0):
-        laws = Bingham.from_spectrum(np.tile(factor * isotropic(z).z, (400, 1)), frames)
-        found = scores("a", truth, modes, laws)
-        inside = geodesic_error(modes, truth)[::THIN] <= laws.credible_angle(0.95)[::THIN]
+        distributions = Bingham.from_spectrum(np.tile(factor * isotropic(z).z, (400, 1)), frames)
+        found = scores("a", truth, modes, distributions)
+        inside = geodesic_error(modes, truth)[::THIN] <= distributions.credible_angle(0.95)[::THIN]
         assert found["coverage/a"] == inside.mean()
     # Of the last ones, four times too sure.
     assert inside.mean() == pytest.approx(_covered(0.25, 1.0), abs=0.2)
@@ -131,10 +131,12 @@ def test_a_filter_that_is_too_sure_covers_less(monkeypatch):
     monkeypatch.setattr("bingham.studies.madaan2017.BinghamFilter", _sure)
     monkeypatch.setattr(
         "bingham.studies.madaan2017_filters.SecondOrderBinghamFilter",
-        lambda law, noise, noise_side: SecondOrderBinghamFilter(isotropic(4.0 * law.z[0]), TOO_SURE, noise_side),
+        lambda distribution, noise, noise_side: SecondOrderBinghamFilter(
+            isotropic(4.0 * distribution.z[0]), TOO_SURE, noise_side
+        ),
     )
     wrong = run_precession(4, 0), run_spin(4, 0, 0)
-    # The estimates are the same, their stated variances a quarter.
+    # The estimates are the same, their reported variances a quarter.
     for one, other in zip(right, wrong, strict=True):
         assert other["rmse/bingham_second_order"] == pytest.approx(one["rmse/bingham_second_order"], rel=2e-3)
         assert one["coverage/bingham_second_order"] > 0.88 and one["spin_coverage/bingham_second_order"] > 0.94
@@ -181,7 +183,7 @@ def test_the_figures_show_body_and_recording(result, recording):
     assert 0.1 < chord < 2.0 * geodesic_error(recording["orientation"][1:], recording["orientation"][:-1]).sum()
 
 
-def test_axes_are_refused():
+def test_axes_are_rejected():
     with pytest.raises(InvalidArgumentError, match="recording: expected quaternions"):
         run_study(
             STUDY, runs=1, options={"name": "x", "time": np.arange(3.0), "orientation": np.tile([1.0, 0.0], (3, 1))}

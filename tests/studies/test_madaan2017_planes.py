@@ -26,10 +26,10 @@ def result():
         return run_study(load_study("madaan2017-planes"), runs=1, seed=2)
 
 
-def test_the_room_shows_the_findings_and_what_mends_them(result):
+def test_the_room_shows_the_findings_and_what_fixes_them(result):
     assert result.value(ROOM, "em signed", "pixels_right") >= 0.97
     assert result.value(ROOM, "em signed", "floor_found") == 1.0
-    # Findings of the report: axial laws cannot part opposite walls, nor can their lift to S³.
+    # Findings of the report: axial distributions cannot part opposite walls, nor can their lift to S³.
     assert result.value(ROOM, "em axial", "pixels_right") < 0.8
     assert result.value(ROOM, "em lifted", "opposite_walls_merged") == 1.0
 

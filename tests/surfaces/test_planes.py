@@ -1,4 +1,4 @@
-"""Planes as axes: incidence, frames, the measurement law, Jacobians, SLAM with both noise models."""
+"""Planes as axes: incidence, frames, the measurement distribution, Jacobians, SLAM with both noise models."""
 
 import importlib.util
 
@@ -60,15 +60,15 @@ def test_gaussian_conversion_is_its_own_inverse_and_right_when_small():
     np.testing.assert_allclose(noise.z[:3], -2.0 / np.array([1e-4, 2e-4, 3e-4]), rtol=1e-3)
 
 
-def test_likelihood_is_the_noise_law_of_the_deviation():
+def test_likelihood_is_the_noise_distribution_of_the_deviation():
     rng = np.random.default_rng(2)
     noise = gaussian_to_noise(random_covariance(rng, 0.5))
     q, z = rng.standard_normal((2, 4))
     q, z = q / np.linalg.norm(q), z / np.linalg.norm(z)
-    law = plane_likelihood(from_group(z), noise)
+    distribution = plane_likelihood(from_group(z), noise)
     deviation = compose(q * [1.0, -1.0, -1.0, -1.0], z)
-    assert law.logpdf(from_group(q)) == pytest.approx(noise.logpdf(deviation), rel=1e-10)
-    assert law.logpdf(from_group(-q)) == pytest.approx(law.logpdf(from_group(q)), rel=1e-14)
+    assert distribution.logpdf(from_group(q)) == pytest.approx(noise.logpdf(deviation), rel=1e-10)
+    assert distribution.logpdf(from_group(-q)) == pytest.approx(distribution.logpdf(from_group(q)), rel=1e-14)
 
 
 def moved_error(residual, turn, position, q, step):
@@ -124,8 +124,8 @@ def test_factor_error_is_the_negative_log_likelihood():
     values.insert(0, gtsam.Pose3(gtsam.Rot3(turn.as_matrix()), position))
     values.insert(1, gtsam.Rot3(*q))
     error = plane_factor(0, 1, BinghamResidual(measured, noise)).error(values)
-    law = plane_likelihood(measured, noise)
-    assert error == pytest.approx(-law.logpdf(body) - law.log_normalizer, rel=1e-9)
+    distribution = plane_likelihood(measured, noise)
+    assert error == pytest.approx(-distribution.logpdf(body) - distribution.log_normalizer, rel=1e-9)
 
 
 def errors(run, solution):

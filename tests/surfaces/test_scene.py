@@ -82,7 +82,7 @@ def test_lifting_to_pure_quaternions_gains_nothing():
     rng = np.random.default_rng(2)
     wall = Bingham([-300.0, -300.0, 0.0], np.eye(3)).rvs(1000, rng=rng)
     signed = wall * np.sign(wall[:, 2:]) * np.where(np.arange(1000) < 500, 1.0, -1.0)[:, None]
-    # The lifted moment is singular: a free fit is refused, a bounded one gives ± the same density.
+    # The lifted moment is singular: a free fit is rejected, a bounded one gives ± the same density.
     with pytest.raises(InvalidArgumentError, match="smaller sphere"):
         Bingham.fit(lift(signed))
     fitted = BinghamMixture.fit(lift(signed), 2, background=False, max_concentration=900.0, restarts=2, rng=0)

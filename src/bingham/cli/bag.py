@@ -27,7 +27,7 @@ def bag_name(path: Path) -> str:
 
 
 def check_bags(recordings: list[Path], output: Path) -> None:
-    """Refuse recordings that are no bags, and copies that would take the place of a recording or of anything else.
+    """Reject recordings that are no bags, and copies that would take the place of a recording or of anything else.
 
     Raises
     ------
@@ -82,14 +82,15 @@ def _late(rows: Any, size: int) -> Any:
 def world_covariance(result: Result) -> FloatArray:
     """Return covariances (T, 3, 3), world axes, rad², finite: an angle that may be anything has the variance π²/3.
 
-    Where a law has no one mode (a girdle: heading unknown; uniform), its covariance about the orientation stated.
+    Where a distribution has no one mode (a girdle: heading unknown; uniform), its covariance about the orientation
+    reported.
     """
     from bingham.filters.imu_track import UNIFORM_VARIANCE
-    from bingham.filters.tangent import covariance_of_law
+    from bingham.filters.tangent import covariance_of_distribution
 
     assert result.covariance is not None  # bags hold rotations
     covariance = np.array(result.covariance("world"))
     for k in np.flatnonzero(np.isnan(covariance[:, 0, 0])):
-        values, axes = np.linalg.eigh(covariance_of_law(result.laws[int(k)]))
+        values, axes = np.linalg.eigh(covariance_of_distribution(result.distributions[int(k)]))
         covariance[k] = axes * np.minimum(values, UNIFORM_VARIANCE) @ axes.T
     return covariance

@@ -44,7 +44,7 @@ def cluster(
     components: str = typer.Option("1-8", metavar="K or A-B", help="Number of clusters, or a range to choose from."),
     method: str = typer.Option("em", help="em: maximum likelihood; sac: sample consensus, faster and rougher."),
     background: bool = typer.Option(True, help="Allow for outliers by a uniform component."),
-    min_points: int | None = typer.Option(None, min=1, help="Least number of points of a cluster."),
+    min_points: int | None = typer.Option(None, min=1, help="Minimum number of points of a cluster."),
     max_concentration: float = typer.Option(1e6, help="Ceiling of the concentrations; lower it for rounded data."),
     restarts: int = typer.Option(10, min=1, help="Random starts for each number of clusters."),
     seed: int = typer.Option(0, min=0, help="The same seed gives the same clusters."),
@@ -52,9 +52,9 @@ def cluster(
     output: Path | None = typer.Option(None, "--output", "-o", metavar="FOLDER", help="Figure and labels go there."),
     as_json: bool = typer.Option(False, "--json", help="Print one JSON object on standard output."),
 ) -> None:
-    """Group axes (signs do not matter) or quaternions into a mixture of Bingham laws.
+    """Group axes (signs do not matter) or quaternions into a mixture of Bingham distributions.
 
-    The number of clusters is the one with the least BIC. Prints weight, concentrations and mode of each cluster.
+    The number of clusters is the one with the lowest BIC. Prints weight, concentrations and mode of each cluster.
     """  # fmt: skip
     from bingham.cli.first_use import announce_compilation
     from bingham.cli.staging import staged
@@ -67,12 +67,12 @@ def cluster(
     sizes = _sizes(components)
     with in_options({"columns": "--columns"}):
         axes = read_axes(file, columns=None if columns is None else [name.strip() for name in columns.split(",")])
-    least = axes.values.shape[1] * (axes.values.shape[1] + 1) // 2 if min_points is None else min_points
-    if least > len(axes.values):
-        raise InvalidArgumentError("--min-points", f"at most {len(axes.values)}, the number of rows", least)
-    if method == "em" and sizes[0] * least > len(axes.values):
-        got = f"{sizes[0]} clusters of at least {least} points (--min-points) for {len(axes.values)} rows"
-        raise InvalidArgumentError("--components", f"at most {len(axes.values) // least}", got)
+    minimum = axes.values.shape[1] * (axes.values.shape[1] + 1) // 2 if min_points is None else min_points
+    if minimum > len(axes.values):
+        raise InvalidArgumentError("--min-points", f"at most {len(axes.values)}, the number of rows", minimum)
+    if method == "em" and sizes[0] * minimum > len(axes.values):
+        got = f"{sizes[0]} clusters of at least {minimum} points (--min-points) for {len(axes.values)} rows"
+        raise InvalidArgumentError("--components", f"at most {len(axes.values) // minimum}", got)
     announce_compilation()
     tried: list[dict[str, Any]] = []
     with _Progress(len(sizes), quiet=as_json) as bar:
@@ -120,8 +120,8 @@ def _sizes(text: str) -> list[int]:
 
 def describe(axes: Axes, mixture: BinghamMixture, label: Any) -> dict[str, Any]:
     """Return what there is to say about a mixture; the heaviest cluster first would break the labels, so as fitted."""
-    laws = mixture.components
-    angles = np.degrees(laws.credible_angle(0.95))
+    distributions = mixture.components
+    angles = np.degrees(distributions.credible_angle(0.95))
     return {
         "file": axes.name,
         "columns": list(axes.columns),
@@ -131,9 +131,9 @@ def describe(axes: Axes, mixture: BinghamMixture, label: Any) -> dict[str, Any]:
             {
                 "weight": float(mixture.weights[k]),
                 "count": int(np.sum(label == k)),
-                "concentrations": laws.z[k].tolist(),
-                "axes": printed(laws.M[k].T, axes.columns),
-                "mode": printed(laws.mode[k], axes.columns),
+                "concentrations": distributions.z[k].tolist(),
+                "axes": printed(distributions.M[k].T, axes.columns),
+                "mode": printed(distributions.mode[k], axes.columns),
                 "credible_angle_95_deg": float(angles[k]),
             }
             | ({"credible_rotation_95_deg": min(2.0 * float(angles[k]), 180.0)} if mixture.dim == 4 else {})

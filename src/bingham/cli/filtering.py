@@ -86,8 +86,8 @@ def prepare(recording: ImuRecording | OrientationRecording, options: FilterOptio
         return _plain_inertial(recording)
     if recording.accelerometer is None or not np.isfinite(recording.accelerometer).any():
         got = f"{recording.name} without one"
-        remedy = "gravity shows where up is; is it called by another name? --plain follows the gyroscope alone"
-        raise InvalidArgumentError("RECORDING", "at least one accelerometer sample", got, remedy)
+        hint = "gravity shows where up is; is it called by another name? --plain follows the gyroscope alone"
+        raise InvalidArgumentError("RECORDING", "at least one accelerometer sample", got, hint)
     return _inertial(recording, options.smooth)
 
 
@@ -163,12 +163,12 @@ def _orientations(recording: OrientationRecording, options: FilterOptions) -> Pr
 
 
 def orientation_noise(option: str, deviation_rad: float, dim: int) -> Bingham:
-    """Return the isotropic law about the identity whose angle has the given standard deviation per axis.
+    """Return the isotropic distribution about the identity whose angle has the given standard deviation per axis.
 
     Raises
     ------
     InvalidArgumentError
-        Naming the option, if no law with a mode has that deviation.
+        Naming the option, if no distribution with a mode has that deviation.
     """
     from bingham.distributions.bingham import Bingham
 

@@ -1,4 +1,4 @@
-"""``bingham fit``: the Bingham law of a file of axes or quaternions."""
+"""``bingham fit``: the Bingham distribution of a file of axes or quaternions."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ def fit(
     output: Path | None = typer.Option(None, "--output", "-o", metavar="FOLDER", help="Draw a figure into it."),
     as_json: bool = typer.Option(False, "--json", help="Print one JSON object on standard output."),
 ) -> None:
-    """Fit a Bingham law to axes (signs do not matter) or quaternions, by maximum likelihood.
+    """Fit a Bingham distribution to axes (signs do not matter) or quaternions, by maximum likelihood.
 
     Prints concentrations and principal axes with standard errors, mode, entropy and the 95 % credible angle; for
     columns n, e, d also trend and plunge, and the pole of the best plane.
@@ -60,7 +60,7 @@ def fit(
         axes = read_axes(file, columns=None if columns is None else [name.strip() for name in columns.split(",")])
     announce_compilation()
     try:
-        law = Bingham.fit(axes.values)
+        distribution = Bingham.fit(axes.values)
     except InvalidArgumentError as error:
         size, dim = axes.values.shape
         if size < dim:
@@ -73,13 +73,13 @@ def fit(
             "on a smaller sphere: along some axis they do not scatter at all, and its concentration has no bound",
             f"set one by: bingham cluster {file} --components 1 --no-background --max-concentration Z",
         ) from None
-    row = describe(axes, law)
+    row = describe(axes, distribution)
     if output is not None:
         from bingham.plot.axes import plot_fit
 
         with staged(output) as folder:
             name = f"{axes.name}.fit.png"
-            plot_fit(axes.values, law, names=axes.columns, title=axes.name).savefig(folder / name, dpi=150)
+            plot_fit(axes.values, distribution, names=axes.columns, title=axes.name).savefig(folder / name, dpi=150)
         row["files"] = [str(output / name)]
     if as_json:
         typer.echo(json.dumps(row, indent=2, ensure_ascii=False))
@@ -87,7 +87,7 @@ def fit(
         print_fit(row)
 
 
-def describe(axes: Axes, law: Bingham) -> dict[str, Any]:
+def describe(axes: Axes, distribution: Bingham) -> dict[str, Any]:
     """Return what there is to say about a fit; angles in degrees where the name says so.
 
     Axes that the data leave open have infinite errors; JSON knows no such number, so they become None.
@@ -95,32 +95,32 @@ def describe(axes: Axes, law: Bingham) -> dict[str, Any]:
     from scipy.special import chdtri
 
     size, dim = axes.values.shape
-    errors = law.standard_errors(size)
+    errors = distribution.standard_errors(size)
     ellipse = np.sqrt(chdtri(dim - 1, 0.05))  # semi-axis of a normal variable's 95 % ellipsoid, standard deviations
     with np.errstate(over="ignore"):
         turns = np.degrees(errors.axes)
-    angle = float(np.degrees(law.credible_angle(0.95)))
+    angle = float(np.degrees(distribution.credible_angle(0.95)))
     row: dict[str, Any] = {
         "file": axes.name,
         "columns": list(axes.columns),
         "samples": size,
         "dim": dim,
-        "concentrations": law.z.tolist(),
+        "concentrations": distribution.z.tolist(),
         "concentration_errors": errors.concentrations.tolist(),
-        "axes": printed(law.M.T, axes.columns),
+        "axes": printed(distribution.M.T, axes.columns),
         "axis_errors_deg": [[x if np.isfinite(x) else None for x in line] for line in turns.tolist()],
-        "moments": law.axis_moments.tolist(),
-        "mode": printed(law.mode, axes.columns),
+        "moments": distribution.axis_moments.tolist(),
+        "mode": printed(distribution.mode, axes.columns),
         "mode_confidence_95_deg": [x if np.isfinite(x) else None for x in (ellipse * turns[:-1, -1]).tolist()],
-        "entropy": float(law.entropy()),
-        "log_likelihood": float(np.sum(law.logpdf(axes.values))),
+        "entropy": float(distribution.entropy()),
+        "log_likelihood": float(np.sum(distribution.logpdf(axes.values))),
         "credible_angle_95_deg": angle,
     }
     if dim == 4:
         row["credible_rotation_95_deg"] = min(2 * angle, 180.0)
     if tuple(name.lower() for name in axes.columns) == GEOGRAPHIC:
-        row["mode_trend_plunge_deg"] = trend_plunge(law.M[:, 2])
-        row["plane_pole_trend_plunge_deg"] = trend_plunge(law.M[:, 0])
+        row["mode_trend_plunge_deg"] = trend_plunge(distribution.M[:, 2])
+        row["plane_pole_trend_plunge_deg"] = trend_plunge(distribution.M[:, 0])
     return row
 
 

@@ -6,7 +6,7 @@ import typer
 
 from bingham.errors import InvalidArgumentError
 
-__all__ = ["given_options", "refuse"]
+__all__ = ["given_options", "reject_options"]
 
 
 def given_options(context: typer.Context) -> dict[str, str]:
@@ -18,7 +18,7 @@ def given_options(context: typer.Context) -> dict[str, str]:
     }
 
 
-def refuse(given: dict[str, str], names: tuple[str, ...], needs: str, got: str) -> None:
+def reject_options(given: dict[str, str], names: tuple[str, ...], needs: str, got: str) -> None:
     """Raise an error if one of the named options was given: it needs something else than it got."""
     for name in names:
         if name in given:

@@ -24,21 +24,28 @@ def write_track(
 ) -> list[str]:
     """Write the files of a track and return their names; planar ones have no covariance, and never `tum`."""
     from bingham.io import write_track_csv, write_track_npz, write_tum
-    from bingham.rotations import continuous
+    from bingham.rotations import align_signs
 
-    name, laws = recording.name, result.laws
+    name, distributions = recording.name, result.distributions
     both: dict[str, Any] = {
         "time": recording.time,
-        "concentrations": laws.z,
+        "concentrations": distributions.z,
         "log_evidence": result.log_evidence,
         "accepted": result.accepted,
     }
     if result.covariance is not None:
         both |= {"covariance": result.covariance(frame), "covariance_frame": frame}
-    unbroken = continuous(result.modes)
+    unbroken = align_signs(result.modes)
     written = [f"{name}.track.csv", f"{name}.track.npz"]
     write_track_csv(folder / written[0], modes=unbroken, reason=result.reasons, **both)
-    write_track_npz(folder / written[1], modes=result.modes, matrices=laws.matrix, frames=laws.M, **both, **result.more)
+    write_track_npz(
+        folder / written[1],
+        modes=result.modes,
+        matrices=distributions.matrix,
+        frames=distributions.M,
+        **both,
+        **result.more,
+    )
     if tum:
         written.append(f"{name}.tum.txt")
         position = getattr(recording, "position", None)
@@ -62,14 +69,14 @@ def draw_track(
         "title": recording.name,
     }
     if result.covariance is None:
-        figure = plot_planar_track(recording.time, result.laws, **shown)
+        figure = plot_planar_track(recording.time, result.distributions, **shown)
     else:
         if inertial:
             shown["world"] = ("east", "north", "up") if recording.magnetometer is not None else ("x", "y", "up")
         if truth is not None and truth.heading_offset_rad is not None:
             turn = degrees(truth.heading_offset_rad)
-            shown["note"] = f"no magnetometer: the truth is turned by {turn:.1f}° about the vertical to suit"
-        figure = plot_track(recording.time, result.laws, covariance=result.covariance("world"), **shown)
+            shown["note"] = f"no magnetometer: the truth is rotated by {turn:.1f}° about the vertical to suit"
+        figure = plot_track(recording.time, result.distributions, covariance=result.covariance("world"), **shown)
     name = f"{recording.name}.png"
     figure.savefig(folder / name, dpi=150)
     return name

@@ -18,7 +18,7 @@ __all__ = ["Truth", "errors_deg", "print_table", "truth_of"]
 
 FloatArray = NDArray[np.float64]
 
-# Beyond this share of orientations refused, the stated noise is in question rather than the measurements.
+# Beyond this share of orientations rejected, the reported noise is in question rather than the measurements.
 DOUBTFUL_REJECTED = 0.1
 
 # Left factors that carry orientations given against NED or NWU axes to ENU axes.
@@ -37,7 +37,7 @@ def truth_of(recording: ImuRecording | OrientationRecording, result: Result) -> 
     """Return the truth that a recording brings, against the axes of the track, or None.
 
     Truth on a clock of its own is interpolated, but not over gaps. An inertial recording without magnetometer knows no
-    north: its truth is turned about the vertical by the constant angle that suits best.
+    north: its truth is rotated about the vertical by the constant angle that suits best.
     """
     from bingham.metrics import heading_offset
     from bingham.recording import OrientationRecording
@@ -71,11 +71,11 @@ def _compose_known(left: Any, rows: FloatArray) -> FloatArray:
 
 def _at(truth: OrientationRecording, time: FloatArray) -> tuple[FloatArray, NDArray[np.bool_]]:
     """Return truth interpolated on the sphere at `time`; NaN outside and inside gaps of over three usual intervals."""
-    from bingham.rotations import continuous
+    from bingham.rotations import align_signs
 
     if truth.size < 2:
         return np.full((len(time), truth.dim), np.nan), np.zeros(len(time), dtype=np.bool_)
-    q = continuous(truth.orientation)
+    q = align_signs(truth.orientation)
     after = np.clip(np.searchsorted(truth.time, time), 1, truth.size - 1)
     gap = truth.time[after] - truth.time[after - 1]
     share = (time - truth.time[after - 1]) / gap
@@ -132,13 +132,13 @@ def print_table(rows: Sequence[dict[str, Any]]) -> None:
         console.print("Errors: root mean square against the recording's ground truth.", style="dim")
     if doubtful := [row["recording"] for row in rows if _noise_in_doubt(row)]:
         names = ", ".join(doubtful)
-        note = f"Over 10 % rejected: {names}. Larger --measurement-noise or --process-noise? --gate 1 refuses none."
+        note = f"Over 10 % rejected: {names}. Larger --measurement-noise or --process-noise? --gate 1 rejects none."
         console.print(note, highlight=False)
-    if turned := [row["recording"] for row in rows if "heading_offset_rad" in row]:
-        note = f"No magnetometer: truth turned about the vertical by one angle to suit: {', '.join(turned)}."
+    if rotated := [row["recording"] for row in rows if "heading_offset_rad" in row]:
+        note = f"No magnetometer: truth rotated about the vertical by one angle to suit: {', '.join(rotated)}."
         console.print(note, style="dim", highlight=False)
 
 
 def _noise_in_doubt(row: dict[str, Any]) -> bool:
-    """Whether so many orientations were refused that the stated noise must be too small; not of magnetometers."""
+    """Whether so many orientations were rejected that the reported noise must be too small; not of magnetometers."""
     return row["filter"].startswith("first-order") and row["rejected"] > DOUBTFUL_REJECTED * row["samples"]

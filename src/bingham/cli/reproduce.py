@@ -44,7 +44,7 @@ def reproduce(
 ) -> None:
     """Rerun a published comparison of filters; interrupted, it continues where it stopped."""
     from bingham.cli.first_use import announce_compilation
-    from bingham.cli.given import given_options, refuse
+    from bingham.cli.given import given_options, reject_options
     from bingham.cli.study_table import write_result
     from bingham.cli.wording import in_options
     from bingham.studies import STUDIES, load_study
@@ -53,7 +53,7 @@ def reproduce(
 
     given = given_options(context)
     if study == "list":
-        refuse(given, tuple(name for name in given if name != "study"), "the name of a study with it", study)
+        reject_options(given, tuple(name for name in given if name != "study"), "the name of a study with it", study)
         for name in STUDIES:
             typer.echo(f"{name:18s} {load_study(name).default_runs:5d} runs  {load_study(name).title}")
         return
@@ -61,11 +61,11 @@ def reproduce(
         chosen = load_study(study)
     if "orientation" not in chosen.options:
         takers = ", ".join(name for name in STUDIES if "orientation" in load_study(name).options)
-        refuse(given, ("recording",), f"a study that takes one ({takers})", study)
+        reject_options(given, ("recording",), f"a study that takes one ({takers})", study)
     if as_json:
-        refuse(given, ("all_rows",), "a table to print", "--json, which has all rows")
+        reject_options(given, ("all_rows",), "a table to print", "--json, which has all rows")
     if scheduler is not None:
-        refuse(given, ("jobs",), "no --scheduler, whose workers do the runs", scheduler)
+        reject_options(given, ("jobs",), "no --scheduler, whose workers do the runs", scheduler)
     _check_folder(output)
     announce_compilation()
     options = {} if recording is None else _recorded(recording)
@@ -91,7 +91,7 @@ def reproduce(
 
 
 def _check_folder(output: Path) -> None:
-    """Refuse, before hours of runs, a place where nothing can be written."""
+    """Reject, before hours of runs, a place where nothing can be written."""
     from bingham.errors import RecordingError
 
     # Not `Path.exists`, which raises where a folder above cannot be searched.

@@ -18,12 +18,12 @@ __all__ = ["Result", "of_imu_track", "of_track"]
 
 FloatArray = NDArray[np.float64]
 
-# Codes of magnetometer samples that an inertial filter refused, not merely had no use for.
-REFUSED = (2, 3, 4)
-JUDGED = (1, *REFUSED)
+# Codes of magnetometer samples that an inertial filter rejected, not merely had no use for.
+REJECTED = (2, 3, 4)
+JUDGED = (1, *REJECTED)
 
-# Beyond this share of a sensor's samples refused, the sensor or its axes are in question.
-DOUBTFUL_REFUSED = 0.5
+# Beyond this share of a sensor's samples rejected, the sensor or its axes are in question.
+DOUBTFUL_REJECTED = 0.5
 CHECK = "disturbed field? Or check units, axes and handedness of gyroscope and magnetometer"
 
 
@@ -33,12 +33,12 @@ class Result:
 
     Parameters
     ----------
-    laws : Bingham
+    distributions : Bingham
         Batch (T,).
     log_evidence : ndarray, shape (T,)
         Of the measurements of each sample.
-    accepted, refused : ndarray of bool, shape (T,)
-        Whether measurements of a sample were used; whether the gate refused one.
+    accepted, rejected : ndarray of bool, shape (T,)
+        Whether measurements of a sample were used; whether the gate rejected one.
     reasons : list of str
         Why something was not used; empty where all was.
     covariance : callable
@@ -46,13 +46,13 @@ class Result:
     more : mapping
         Further arrays for the npz file, the state to go on from among them.
     doubt : str
-        What so many refused samples of a sensor put in doubt; empty if there are few.
+        What so many rejected samples of a sensor put in doubt; empty if there are few.
     """
 
-    laws: Bingham
+    distributions: Bingham
     log_evidence: FloatArray
     accepted: NDArray[np.bool_]
-    refused: NDArray[np.bool_]
+    rejected: NDArray[np.bool_]
     reasons: list[str]
     covariance: Callable[[str], FloatArray] | None
     more: dict[str, Any]
@@ -61,24 +61,24 @@ class Result:
     @property
     def modes(self) -> FloatArray:
         """Most probable values (T, d)."""
-        return self.laws.mode
+        return self.distributions.mode
 
 
 def of_track(track: Track) -> Result:
-    """Return the result of a filter whose states are laws."""
+    """Return the result of a filter whose states are distributions."""
     state = getattr(track, "state", None)
     rest = {f.name: getattr(state, f.name) for f in fields(state)} if is_dataclass(state) else {}
     plain = {f"state_{k}": v for k, v in rest.items() if isinstance(v, (int, float, np.ndarray))}
     rotations = track.concentrations.shape[1] == 4
     return Result(
-        laws=track.laws,
+        distributions=track.distributions,
         log_evidence=track.log_evidence,
         accepted=track.accepted,
-        refused=(track.decision == 0).reshape(len(track), -1).any(axis=1),
+        rejected=(track.decision == 0).reshape(len(track), -1).any(axis=1),
         reasons=track.reasons(),
         covariance=(lambda frame: track.covariance(frame=frame)) if rotations else None,  # type: ignore[arg-type]
         more={
-            "statistic": track.statistic,
+            "nis": track.nis,
             "decision": track.decision,
             "threshold": track.threshold,
             "state_z": track.final.z,
@@ -89,23 +89,23 @@ def of_track(track: Track) -> Result:
 
 
 def of_imu_track(track: ImuTrack) -> Result:
-    """Return the result of the inertial filter with bias; "refused" speaks of the magnetometer."""
+    """Return the result of the inertial filter with bias; "rejected" speaks of the magnetometer."""
     from bingham.filters.imu_track import MAGNETOMETER_CODES
 
-    refused = np.isin(track.magnetometer_code, REFUSED)
+    rejected = np.isin(track.magnetometer_code, REJECTED)
 
-    share = refused.sum() / max(int(np.isin(track.magnetometer_code, JUDGED).sum()), 1)
+    share = rejected.sum() / max(int(np.isin(track.magnetometer_code, JUDGED).sum()), 1)
     doubt = f"{100 * share:.0f} % of the magnetometer's samples rejected: {CHECK}"
 
     def covariance(frame: str) -> FloatArray:
         return track.covariance(frame=frame)  # type: ignore[arg-type]
 
     return Result(
-        laws=track.laws,
+        distributions=track.distributions,
         log_evidence=track.log_evidence,
-        accepted=~refused,
-        refused=refused,
-        reasons=[MAGNETOMETER_CODES[c] if c in REFUSED else "" for c in track.magnetometer_code.tolist()],
+        accepted=~rejected,
+        rejected=rejected,
+        reasons=[MAGNETOMETER_CODES[c] if c in REJECTED else "" for c in track.magnetometer_code.tolist()],
         covariance=covariance,
         more={
             "rotation_covariance": track.rotation_covariance,
@@ -116,5 +116,5 @@ def of_imu_track(track: ImuTrack) -> Result:
             "magnetometer_statistic": track.magnetometer_statistic,
             "state": track.final.to_json(),
         },
-        doubt=doubt if share > DOUBTFUL_REFUSED else "",
+        doubt=doubt if share > DOUBTFUL_REJECTED else "",
     )

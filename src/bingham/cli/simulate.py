@@ -87,15 +87,15 @@ def simulate(
     from bingham import io, simulate
     from bingham.cli.filtering import orientation_noise
     from bingham.cli.first_use import announce_compilation
-    from bingham.cli.given import given_options, refuse
+    from bingham.cli.given import given_options, reject_options
     from bingham.cli.wording import in_options
     from bingham.recording import amended
 
     given = given_options(context)
     if sensor is Sensor.imu:
-        refuse(given, ("noise",), "--sensor orientation", "an inertial unit")
+        reject_options(given, ("noise",), "--sensor orientation", "an inertial unit")
     else:
-        refuse(given, ("bias", "magnetometer"), "an inertial unit", "--sensor orientation")
+        reject_options(given, ("bias", "magnetometer"), "an inertial unit", "--sensor orientation")
     writers: dict[str, Any] = {".npz": io.write_npz, ".csv": io.write_csv}
     if output.suffix not in writers:
         raise InvalidArgumentError("--output", "a file ending in .npz or .csv", output.name)
@@ -117,8 +117,8 @@ def simulate(
     if sensor is Sensor.imu:
         recording = simulate.simulate_imu(moved, gyroscope_bias=[bias] * 3, magnetometer=magnetometer, rng=seed + 1)
     else:
-        law = orientation_noise("--noise", noise, 4)
-        recording = simulate.simulate_orientations(moved, law, rng=seed + 1)
+        distribution = orientation_noise("--noise", noise, 4)
+        recording = simulate.simulate_orientations(moved, distribution, rng=seed + 1)
     try:
         output.parent.mkdir(parents=True, exist_ok=True)
     except OSError as error:

@@ -18,7 +18,7 @@ __all__ = ["shown_rows", "write_result"]
 MEANINGS = {
     "calibration_ks": "largest distance of the credible levels of the truth from uniform ones, 0 if it is right",
     "coverage_95": "share of the true values within the filter's 95 % region",
-    "kl": "Kullback–Leibler divergence between the approximation and the true law, nat",
+    "kl": "Kullback–Leibler divergence between the approximation and the true distribution, nat",
     "nees": "mean normalised estimation error over the degrees of freedom, 1 if it is right",
     "spin_coverage_95": "coverage_95 of the spin",
     "us_per_step": "microseconds for one step of prediction and update",
@@ -103,5 +103,5 @@ def _print_table(result: StudyResult, rows: Sequence[Row]) -> None:
 
 
 def _number(x: float, digits: int) -> str:
-    """Return x with so many significant digits, or as a whole number where that has more."""
+    """Return x with so many significant digits, or as an integer where that has more."""
     return f"{x:.0f}" if abs(x) >= 10.0 ** (digits - 1) else f"{x:.{digits}g}"

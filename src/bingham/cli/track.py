@@ -94,7 +94,7 @@ def track(
         0.04, metavar="RAD", help="Orientations: standard deviation of a measurement about each axis."
     ),
     gate: float = typer.Option(
-        0.999, metavar="P", help="Orientations: share of regular measurements to let through; 1 refuses none."
+        0.999, metavar="P", help="Orientations: share of regular measurements to let through; 1 rejects none."
     ),
     smooth: bool = typer.Option(False, "--smooth", help="Estimate every orientation from the whole recording."),
     state: Path | None = typer.Option(
@@ -122,7 +122,7 @@ def track(
     """
     from bingham.cli.filtering import FilterOptions
     from bingham.cli.first_use import announce_compilation
-    from bingham.cli.given import given_options, refuse
+    from bingham.cli.given import given_options, reject_options
     from bingham.cli.reading import name_of, options
     from bingham.cli.report import print_table
     from bingham.cli.staging import staged
@@ -134,7 +134,7 @@ def track(
         if len(recordings) > 1:
             raise InvalidArgumentError("RECORDING", "- alone", " ".join(map(str, recordings)))
         options_of_files = tuple(given.keys() - {"recordings", "state"})
-        refuse(given, options_of_files, "recordings in files", "- (standard input, which only takes --state)")
+        reject_options(given, options_of_files, "recordings in files", "- (standard input, which only takes --state)")
         announce_compilation()
         track_stream(state)
         return
@@ -167,9 +167,9 @@ def track(
     with staged(output) as folder:
         rows = [track_one(path, folder, settings, step) for path, step in progress(recordings, 5 if figure else 4)]
         if not any(row["filter"].startswith("first-order") for row in rows):
-            refuse(given, OF_ORIENTATIONS, "a recording of orientations", "inertial ones alone")
+            reject_options(given, OF_ORIENTATIONS, "a recording of orientations", "inertial ones alone")
         elif plain and all(row["filter"].startswith("first-order") for row in rows):
-            refuse(given, ("plain",), "an inertial recording", "orientations alone")
+            reject_options(given, ("plain",), "an inertial recording", "orientations alone")
     for row in rows:
         row["files"] = [str(output / name) for name in row["files"]]
     if as_json:
@@ -208,7 +208,7 @@ def track_one(path: Path, folder: Path, settings: Settings, step: Any) -> dict[s
         "wall_s": 0.0,
         "us_per_sample": 1e6 * filtered_s / recording.size,
         "filter": prepared.name,
-        "rejected": int(result.refused.sum()),
+        "rejected": int(result.rejected.sum()),
         "log_evidence": float(result.log_evidence.sum()),
     }
     step("comparing")

@@ -11,7 +11,7 @@ from bingham.errors import InvalidArgumentError
 from bingham.kernels.batch import diagonalize_rows_4
 from bingham.kernels.normalizer import LARGEST
 from bingham.kernels.single import composed_2, composed_4
-from bingham.rotations import UNIT_TOLERANCE, compose, conjugate, numbers, unit_rows
+from bingham.rotations import UNIT_TOLERANCE, as_numbers, compose, conjugate, unit_rows
 
 if TYPE_CHECKING:
     from scipy.spatial.transform import Rotation
@@ -25,7 +25,7 @@ SYMMETRY_TOLERANCE = 1e-8
 
 
 class NoiseParts(NamedTuple):
-    """A noise law v as the compiled steps take it: v = mode ⊕ e (right) or e ⊕ mode (left), e near the identity.
+    """A noise distribution v for the compiled steps: v = mode ⊕ e (right) or e ⊕ mode (left), e near the identity.
 
     ``mode`` (d,); ``tangent`` (d−1, d−1) = E[vec e vec eᵀ]; ``weight`` = E[(modeᵀ v)²].
     """
@@ -37,14 +37,14 @@ class NoiseParts(NamedTuple):
 
 def sorted_spectrum(z: ArrayLike, frame: ArrayLike) -> tuple[FloatArray, FloatArray]:
     """Return z (..., d) ascending with last entry 0 and the columns of frame (..., d, d) in the same order."""
-    a, m = numbers(z, "z"), numbers(frame, "M")
+    a, m = as_numbers(z, "z"), as_numbers(frame, "M")
     if a.ndim == 0 or a.shape[-1] < 2:
         raise InvalidArgumentError("z", "shape (..., d) with d >= 2", a.shape)
     d = a.shape[-1]
     if m.ndim < 2 or m.shape[-2:] != (d, d):
         swapped = a.ndim >= 2 and a.shape[-2] == d and m.shape == a.shape[:-1]
-        remedy = "z comes first: Bingham(z, M)" if swapped else ""
-        raise InvalidArgumentError("M", f"shape (..., {d}, {d}) to go with z of shape {a.shape}", m.shape, remedy)
+        hint = "z comes first: Bingham(z, M)" if swapped else ""
+        raise InvalidArgumentError("M", f"shape (..., {d}, {d}) to go with z of shape {a.shape}", m.shape, hint)
     if not np.all(np.isfinite(a)) or np.any(np.ptp(a, axis=-1) > LARGEST):
         raise InvalidArgumentError("z", f"finite concentrations that differ by at most {LARGEST:g}", a)
     gram = np.swapaxes(m, -1, -2) @ m
@@ -74,7 +74,7 @@ def sample_rows(x: ArrayLike | Rotation) -> FloatArray:
     try:
         a = unit_rows(x, None, "x")
     except InvalidArgumentError:
-        columns = numbers(x, "x")
+        columns = as_numbers(x, "x")
         if columns.ndim >= 2 and np.all(np.abs(np.linalg.norm(columns, axis=-2) - 1.0) <= UNIT_TOLERANCE):
             got = f"shape {columns.shape} with unit vectors as columns"
             raise InvalidArgumentError("x", "samples as rows, shape (..., n, d)", got, "transpose it: x.T") from None
@@ -86,7 +86,7 @@ def sample_rows(x: ArrayLike | Rotation) -> FloatArray:
 
 def spectral(matrix: ArrayLike, name: str) -> tuple[FloatArray, FloatArray]:
     """Return ascending eigenvalues (..., d) and eigenvectors (..., d, d; columns) of a checked symmetric matrix."""
-    a = numbers(matrix, name)
+    a = as_numbers(matrix, name)
     if a.ndim < 2 or a.shape[-1] != a.shape[-2] or a.shape[-1] < 2:
         raise InvalidArgumentError(name, "shape (..., d, d) with d >= 2", a.shape)
     if not np.all(np.isfinite(a)):
@@ -111,7 +111,7 @@ def spectral(matrix: ArrayLike, name: str) -> tuple[FloatArray, FloatArray]:
 
 
 def noise_parts(z: FloatArray, frame: FloatArray, w: FloatArray, *, left: bool = False) -> NoiseParts:
-    """Split one noise law into its mode and the moment of its deviation; z (d,), frame (d, d), w = ω (d,)."""
+    """Split one noise distribution into its mode and the moment of its deviation; z (d,), frame (d, d), w = ω (d,)."""
     d = z.shape[-1]
     mode = np.ascontiguousarray(frame[:, -1])
     axes = frame.T[: d - 1]
@@ -123,11 +123,11 @@ def noise_parts(z: FloatArray, frame: FloatArray, w: FloatArray, *, left: bool =
 def compose_spectra(
     z: FloatArray, frame: FloatArray, noise: NoiseParts, *, left: bool = False
 ) -> tuple[FloatArray, FloatArray, float]:
-    """Return (z', M', log F') of the moment-matched law of x ⊕ v (left: v ⊕ x) for one law x, d = 2 or 4."""
+    """Return (z', M', log F') of the moment match of x ⊕ v (left: v ⊕ x) for one distribution x, d = 2 or 4."""
     d = z.shape[-1]
     if z.ndim != 1 or d not in (2, 4):
         raise InvalidArgumentError(
-            "law",
+            "distribution",
             "a single one of dimension 2 or 4",
             f"shape {z.shape}",
             "compose batches one by one, or use BinghamFilter.run",

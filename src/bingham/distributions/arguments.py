@@ -9,7 +9,7 @@ import numpy as np
 
 from bingham.errors import InvalidArgumentError
 
-__all__ = ["as_generator", "check_kind", "check_number", "described", "whole_number"]
+__all__ = ["as_generator", "check_kind", "check_number", "described", "integer"]
 
 
 def described(x: Any) -> str:
@@ -23,38 +23,36 @@ def described(x: Any) -> str:
     return f"the class {x.__name__}" if isinstance(x, type) else f"a {type(x).__name__}"
 
 
-def check_kind(x: Any, kind: type[Any], name: str, remedy: str = "") -> None:
-    """Refuse what is no instance of kind."""
+def check_kind(x: Any, kind: type[Any], name: str, hint: str = "") -> None:
+    """Reject what is no instance of kind."""
     if not isinstance(x, kind):
-        raise InvalidArgumentError(name, f"a {kind.__name__}", described(x), remedy)
+        raise InvalidArgumentError(name, f"a {kind.__name__}", described(x), hint)
 
 
-def check_number(x: Any, name: str, expected: str, *, above: float = -np.inf, least: float = -np.inf) -> None:
-    """Refuse what is no single finite number x > above, x ≥ least."""
+def check_number(x: Any, name: str, expected: str, *, above: float = -np.inf, minimum: float = -np.inf) -> None:
+    """Reject what is no single finite number x > above, x ≥ minimum."""
     try:
-        good = bool(np.isfinite(x) and x > above and x >= least)
+        good = bool(np.isfinite(x) and x > above and x >= minimum)
     except (TypeError, ValueError):
         good = False
     if not good:
         raise InvalidArgumentError(name, expected, described(x))
 
 
-def whole_number(x: Any, name: str, least: int) -> int:
-    """Return x as an int, at least `least`; a float is refused even where it is whole."""
+def integer(x: Any, name: str, minimum: int) -> int:
+    """Return x as an int, at least `minimum`; a float is rejected even where it is whole."""
     try:
         number = index(x)
     except TypeError:
-        raise InvalidArgumentError(name, f"a whole number ≥ {least}", described(x)) from None
-    if number < least:
-        raise InvalidArgumentError(name, f"a whole number ≥ {least}", number)
+        raise InvalidArgumentError(name, f"an integer ≥ {minimum}", described(x)) from None
+    if number < minimum:
+        raise InvalidArgumentError(name, f"an integer ≥ {minimum}", number)
     return number
 
 
 def as_generator(rng: Any) -> np.random.Generator:
-    """Return ``numpy.random.default_rng(rng)``; what it does not take is refused by name."""
+    """Return ``numpy.random.default_rng(rng)``; what it does not take is rejected by name."""
     try:
         return np.random.default_rng(rng)
     except (TypeError, ValueError):
-        raise InvalidArgumentError(
-            "rng", "None, a whole number ≥ 0 or a numpy.random.Generator", described(rng)
-        ) from None
+        raise InvalidArgumentError("rng", "None, an integer ≥ 0 or a numpy.random.Generator", described(rng)) from None

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from bingham.distributions.algebra import compose_spectra, noise_parts, sample_rows, sorted_spectrum, spectral
-from bingham.distributions.arguments import as_generator, check_kind, whole_number
+from bingham.distributions.arguments import as_generator, check_kind, integer
 from bingham.distributions.normalizer import log_normalizer, log_normalizer_derivatives, solve_moments
 from bingham.distributions.uncertainty import (
     covariance,
@@ -20,7 +20,7 @@ from bingham.distributions.uncertainty import (
 )
 from bingham.errors import InvalidArgumentError
 from bingham.kernels.envelope import sample
-from bingham.rotations import compose, conjugate, numbers, unit_rows
+from bingham.rotations import as_numbers, compose, conjugate, unit_rows
 
 if TYPE_CHECKING:
     from scipy.spatial.transform import Rotation
@@ -42,7 +42,7 @@ class StandardErrors(NamedTuple):
 
 
 class Bingham:
-    """Law of a random axis or rotation x on S^{d−1}: f(x) = exp(xᵀ A x) / F(z), A = M diag(z) Mᵀ.
+    """Distribution of a random axis or rotation x on S^{d−1}: f(x) = exp(xᵀ A x) / F(z), A = M diag(z) Mᵀ.
 
     f is a density with respect to surface area and f(x) = f(−x). The parameters are kept in spectral form: z ascending
     with its last entry 0, the columns of M in the same order. Leading axes are a batch. Values are immutable.
@@ -112,7 +112,7 @@ class Bingham:
 
     @classmethod
     def from_matrix(cls, A: ArrayLike) -> Self:
-        """Return the law with density ∝ exp(xᵀ A x) for a symmetric A (..., d, d); A + c I is the same law.
+        """Return the distribution with density ∝ exp(xᵀ A x) for a symmetric A (..., d, d); A + c I is the same.
 
         Raises
         ------
@@ -124,7 +124,7 @@ class Bingham:
 
     @classmethod
     def from_moment(cls, S: ArrayLike) -> Self:
-        """Return the law with E[x xᵀ] = S, the maximum-entropy law of that second moment.
+        """Return the distribution with E[x xᵀ] = S, the maximum-entropy distribution of that second moment.
 
         Parameters
         ----------
@@ -134,7 +134,7 @@ class Bingham:
         Raises
         ------
         InvalidArgumentError
-            If S is no such matrix; a singular S describes a law on a smaller sphere and is refused.
+            If S is no such matrix; a singular S describes a distribution on a smaller sphere and is rejected.
         """
         w, frame = spectral(S, "S")
         d = w.shape[-1]
@@ -153,7 +153,7 @@ class Bingham:
 
     @classmethod
     def fit(cls, x: ArrayLike | Rotation, weights: ArrayLike | None = None) -> Self:
-        """Return the maximum-likelihood law of unit vectors x; signs of rows do not matter.
+        """Return the maximum-likelihood distribution of unit vectors x; signs of rows do not matter.
 
         Its moment equals the weighted sample moment Σ wₙ xₙ xₙᵀ / Σ wₙ (Bingham 1974). `standard_errors` gives the
         uncertainty of the parameters.
@@ -175,7 +175,7 @@ class Bingham:
         if weights is None:
             w = np.full(a.shape[:-1], 1.0 / max(n, 1))
         else:
-            w = numbers(weights, "weights")
+            w = as_numbers(weights, "weights")
             try:
                 w = np.broadcast_to(w, a.shape[:-1])
             except ValueError:
@@ -191,14 +191,14 @@ class Bingham:
         try:
             return cls.from_moment(moment)
         except InvalidArgumentError:
-            remedy = "add samples" if n < a.shape[-1] else "drop the axis they lack or add their noise variance"
+            hint = "add samples" if n < a.shape[-1] else "drop the axis they lack or add their noise variance"
             expected = f"at least d = {a.shape[-1]} different axes that span the space"
-            raise InvalidArgumentError("x", expected, f"{n} samples on a smaller sphere", remedy) from None
+            raise InvalidArgumentError("x", expected, f"{n} samples on a smaller sphere", hint) from None
 
     @classmethod
     def uniform(cls, d: int) -> Self:
-        """Return the uniform law on S^{d−1}."""
-        whole_number(d, "d", 2)
+        """Return the uniform distribution on S^{d−1}."""
+        integer(d, "d", 2)
         return cls.from_spectrum(np.zeros(d), np.eye(d))
 
     # Parameters
@@ -225,16 +225,16 @@ class Bingham:
 
     @property
     def shape(self) -> tuple[int, ...]:
-        """Shape of the batch; () for a single law."""
+        """Shape of the batch; () for a single distribution."""
         return self._z.shape[:-1]
 
     @property
     def mode(self) -> FloatArray:
         """Last column of M (..., d): ± this vector has the largest density.
 
-        Where z_{d−1} = 0 too (a girdle, the uniform law) the mode is not unique: every unit vector of the span of the
-        columns with z = 0 is one. This is then any of them, for `uniform` the last unit vector, and says nothing about
-        the law.
+        Where z_{d−1} = 0 too (a girdle, the uniform distribution) the mode is not unique: every unit vector of the
+        span of the columns with z = 0 is one. This is then any of them, for `uniform` the last unit vector, and says
+        nothing about the distribution.
         """
         return self._M[..., :, -1]
 
@@ -256,7 +256,7 @@ class Bingham:
     def __getitem__(self, index: Any) -> Bingham:
         """Return part of a batch."""
         if not self.shape:
-            raise InvalidArgumentError("index", "a batch of laws", "a single law")
+            raise InvalidArgumentError("index", "a batch of distributions", "a single distribution")
         index = index if isinstance(index, tuple) else (index,)
         part = (*index, ...) if not any(i is Ellipsis for i in index) else index
         return Bingham.from_spectrum(
@@ -291,7 +291,7 @@ class Bingham:
         Parameters
         ----------
         size : int or tuple of int, optional
-            Number or shape of the samples of each law; None for one without an axis of its own.
+            Number or shape of the samples of each distribution; None for one without an axis of its own.
         rng : None, int or numpy.random.Generator
             Passed to ``numpy.random.default_rng``; the same seed gives the same samples.
         """
@@ -316,7 +316,7 @@ class Bingham:
     def cross_entropy(self, other: Bingham) -> Any:
         """Return −E[log g(x)], x ~ self, g = other: log F_g − tr(A_g S_f) (...)."""
         self._check_same_dimension(other)
-        # tr(A_g S_f) axis by axis: every term has one sign, so narrow laws lose no digits.
+        # tr(A_g S_f) axis by axis: every term has one sign, so narrow distributions lose no digits.
         square = np.einsum("...ki,...kj->...ij", self._M, other._M) ** 2
         return other.log_normalizer - np.einsum("...i,...ij,...j->...", self.axis_moments, square, other._z)
 
@@ -327,15 +327,15 @@ class Bingham:
     # Algebra
 
     def multiply(self, other: Bingham) -> Bingham:
-        """Return the law with density ∝ f(x) g(x): the matrices add (Kurz et al. 2014, Lemma 1)."""
+        """Return the distribution with density ∝ f(x) g(x): the matrices add (Kurz et al. 2014, Lemma 1)."""
         self._check_same_dimension(other)
         return Bingham.from_matrix(self.matrix + other.matrix)
 
     def compose(self, other: Bingham) -> Bingham:
-        """Return the Bingham law with the second moment of x ⊕ y, x ~ self, y ~ other, independent; d = 2 or 4.
+        """Return the Bingham with the second moment of x ⊕ y, x ~ self, y ~ other, independent; d = 2 or 4.
 
         S' = Σ_m ω_m R_m S R_mᵀ with R_m the right-multiplication matrix of the m-th axis of `other` (Glover &
-        Kaelbling 2013, A.9.2). The law of x ⊕ y itself is not Bingham: see `composed_logpdf`.
+        Kaelbling 2013, A.9.2). The distribution of x ⊕ y itself is not Bingham: see `composed_logpdf`.
 
         Examples
         --------
@@ -351,7 +351,7 @@ class Bingham:
         )
 
     def composed_logpdf(self, other: Bingham, x: ArrayLike | Rotation) -> Any:
-        """Return the log-density of the true law of a ⊕ b at x (..., d), a ~ self, b ~ other; d = 2 or 4.
+        """Return the log-density of the true distribution of a ⊕ b at x (..., d), a ~ self, b ~ other; d = 2 or 4.
 
         f(x) = ∫ f_a(x ⊕ b*) f_b(b) db = F(C(x)) / (F_a F_b) with C(x) = Qᵀ A_a Q + A_b, x ⊕ b* = Q b
         (Glover & Kaelbling 2013, eq. 15).
@@ -366,14 +366,14 @@ class Bingham:
         return log_normalizer(values) - self.log_normalizer - other.log_normalizer
 
     def inverse(self) -> Bingham:
-        """Return the law of x* (conjugate), x ~ self; d = 2 or 4."""
+        """Return the distribution of x* (conjugate), x ~ self; d = 2 or 4."""
         self._check_group()
         frame = np.array(self._M)
         frame[..., 1:, :] *= -1.0
         return Bingham.from_spectrum(np.array(self._z), frame, self._log_f, self._w)
 
     def rotate(self, *, left: ArrayLike | Rotation | None = None, right: ArrayLike | Rotation | None = None) -> Bingham:
-        """Return the law of left ⊕ x ⊕ right, x ~ self, for fixed unit left and right (..., d); d = 2 or 4."""
+        """Return the distribution of left ⊕ x ⊕ right, x ~ self, for fixed unit left and right (..., d); d = 2 or 4."""
         self._check_group()
         axes = np.swapaxes(self._M, -1, -2)
         if left is not None:
@@ -417,7 +417,7 @@ class Bingham:
             Axes in which the small rotation is expressed; there is no default.
         undefined : {"raise", "nan"}
             What to do where the mode is not twice as heavy (E[(mᵀx)²]) as every other axis, that is near girdles and
-            the uniform law, where a covariance about one mode says nothing.
+            the uniform distribution, where a covariance about one mode says nothing.
         """
         return covariance(self._M, self.axis_moments, frame, undefined)
 
@@ -426,7 +426,7 @@ class Bingham:
     def from_covariance(
         cls, mode: ArrayLike | Rotation, covariance: ArrayLike, *, frame: Literal["body", "world"]
     ) -> Self:
-        """Return the law about the unit quaternion mode (..., 4) with the given `covariance` (..., 3, 3), rad²."""
+        """Return the distribution about the unit quaternion mode (..., 4) with `covariance` (..., 3, 3), rad²."""
         w, axes = moment_from_covariance(unit_rows(mode, 4, "mode"), covariance, frame)
         z, log_f, _ = solve_moments(w)
         return cls.from_spectrum(z, axes, log_f)
@@ -434,8 +434,8 @@ class Bingham:
     def _check_same_dimension(self, other: Bingham) -> None:
         check_kind(other, Bingham, "other")
         if other.dim != self.dim:
-            raise InvalidArgumentError("other", f"a law of dimension {self.dim}", other.dim)
+            raise InvalidArgumentError("other", f"a distribution of dimension {self.dim}", other.dim)
 
     def _check_group(self) -> None:
         if self.dim not in (2, 4):
-            raise InvalidArgumentError("law", "dimension 2 or 4, where unit vectors form a group", self.dim)
+            raise InvalidArgumentError("distribution", "dimension 2 or 4, where unit vectors form a group", self.dim)

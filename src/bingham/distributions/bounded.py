@@ -45,8 +45,8 @@ def bounded_concentrations(w: FloatArray, ceiling: float) -> tuple[FloatArray, A
     z, log_f = np.empty(moments.shape), np.empty(len(moments))
     gradient, hessian = np.empty(d), np.empty((d, d))
     for k, row in enumerate(moments):
-        floored = np.maximum(row, 0.25 / ceiling)
-        log_f[k], evaluations = concentrations(floored / floored.sum(), z[k], gradient, hessian)
+        clamped = np.maximum(row, 0.25 / ceiling)
+        log_f[k], evaluations = concentrations(clamped / clamped.sum(), z[k], gradient, hessian)
         if evaluations < 0:
             raise ConvergenceError(f"concentrations: Newton's method did not converge for moments {row}", z[k])
         log_f[k] -= z[k, -1]
@@ -70,7 +70,7 @@ def _bounded_row(z: FloatArray, w: FloatArray, ceiling: float) -> tuple[FloatArr
             return z, float(log_f)
         scale = 1.0 / np.sqrt(np.diag(hessian)[free])
         step = scale * np.linalg.solve(hessian[np.ix_(free, free)] * np.outer(scale, scale), scale * residual[free])
-        # A relative trust region: Newton on z overshoots where the law is much wider than the start.
+        # A relative trust region: Newton on z overshoots where the distribution is much wider than the start.
         reach = np.maximum(0.5 * np.abs(z[free]), 1.0)
         new = np.array(z)
         new[free] = np.clip(z[free] + step / max(1.0, float(np.max(np.abs(step) / reach))), -ceiling, 0.0)

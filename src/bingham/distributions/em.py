@@ -13,7 +13,7 @@ from bingham.distributions.bingham import Bingham
 from bingham.distributions.bounded import bounded_concentrations
 from bingham.distributions.mixture import BinghamMixture, log_area
 
-__all__ = ["EMResult", "expectation_maximization", "laws_of_moments"]
+__all__ = ["EMResult", "distributions_of_moments", "expectation_maximization"]
 
 FloatArray = NDArray[np.float64]
 
@@ -33,7 +33,7 @@ class EMResult:
     converged : bool
         Whether the last gain was below the tolerance.
     starved : bool
-        Whether a component fell below the least number of points; the run stopped there.
+        Whether a component fell below the minimum number of points; the run stopped there.
     """
 
     mixture: BinghamMixture
@@ -43,10 +43,10 @@ class EMResult:
     starved: bool
 
 
-def laws_of_moments(moments: FloatArray, rows: FloatArray, max_concentration: float) -> Bingham:
-    """Return the laws (K,) of greatest likelihood for moments (K, d, d; upper triangles) in the frames rows (K, d, d).
+def distributions_of_moments(moments: FloatArray, rows: FloatArray, max_concentration: float) -> Bingham:
+    """Return the distributions (K,) most likely for moments (K, d, d; upper triangles) in the frames rows (K, d, d).
 
-    Jacobi's method in the frame of the last laws keeps the relative accuracy of small eigenvalues.
+    Jacobi's method in the frame of the last distributions keeps the relative accuracy of small eigenvalues.
     """
     from bingham.kernels.eigen import diagonalize
 
@@ -72,8 +72,8 @@ def expectation_maximization(
 ) -> EMResult:
     """Climb the likelihood from `start`; the number of components and whether there is a background stay.
 
-    E step: rₙₖ = αₖ fₖ(xₙ) / f(xₙ). M step: αₖ = Σ wₙ rₙₖ / Σ wₙ, and Aₖ the maximum-likelihood law of the moment
-    Σ wₙ rₙₖ xₙ xₙᵀ / Σ wₙ rₙₖ with no concentration above `max_concentration`.
+    E step: rₙₖ = αₖ fₖ(xₙ) / f(xₙ). M step: αₖ = Σ wₙ rₙₖ / Σ wₙ, and Aₖ the maximum-likelihood distribution of the
+    moment Σ wₙ rₙₖ xₙ xₙᵀ / Σ wₙ rₙₖ with no concentration above `max_concentration`.
 
     Parameters
     ----------
@@ -126,10 +126,10 @@ def expectation_maximization(
             starved = True
             break
         background = max(0.0, 1.0 - float(masses.sum()) / total) if mixture.background > 0.0 else 0.0
-        laws = laws_of_moments(moments / masses[:, None, None], rows, max_concentration)
+        distributions = distributions_of_moments(moments / masses[:, None, None], rows, max_concentration)
         alpha = masses * ((1.0 - background) / masses.sum())
-        mixture = BinghamMixture(alpha, laws, background)
-        rows = np.ascontiguousarray(np.swapaxes(laws.M, -1, -2))
+        mixture = BinghamMixture(alpha, distributions, background)
+        rows = np.ascontiguousarray(np.swapaxes(distributions.M, -1, -2))
         trace.append(step(mixture))
         if progress is not None:
             progress(iteration, trace[-1])

@@ -1,4 +1,4 @@
-"""Mixtures of Bingham laws as immutable values."""
+"""Mixtures of Bingham distributions as immutable values."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from scipy.special import gammaln, logsumexp
 from bingham.distributions.arguments import as_generator, check_kind, check_number
 from bingham.distributions.bingham import Bingham
 from bingham.errors import InvalidArgumentError
-from bingham.rotations import numbers, unit_rows
+from bingham.rotations import as_numbers, unit_rows
 
 if TYPE_CHECKING:
     from scipy.spatial.transform import Rotation
@@ -45,7 +45,7 @@ def log_area(d: int) -> float:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class BinghamMixture:
-    """Law f(x) = Σₖ αₖ fₖ(x) + α₀ / area of Bingham laws fₖ and a uniform background.
+    """Distribution f(x) = Σₖ αₖ fₖ(x) + α₀ / area of Bingham distributions fₖ and a uniform background.
 
     Parameters
     ----------
@@ -54,7 +54,7 @@ class BinghamMixture:
     components : Bingham
         A batch of shape (K,).
     background : float
-        α₀, the share of the uniform law: outliers. 0 for none.
+        α₀, the share of the uniform distribution: outliers. 0 for none.
 
     Raises
     ------
@@ -64,8 +64,8 @@ class BinghamMixture:
     Examples
     --------
     >>> import numpy as np
-    >>> laws = Bingham([[-50.0, -50.0, 0.0]] * 2, [np.eye(3), np.eye(3)[:, ::-1]])
-    >>> mixture = BinghamMixture([0.6, 0.3], laws, 0.1)
+    >>> distributions = Bingham([[-50.0, -50.0, 0.0]] * 2, [np.eye(3), np.eye(3)[:, ::-1]])
+    >>> mixture = BinghamMixture([0.6, 0.3], distributions, 0.1)
     >>> mixture.predict([[0.0, 0.1, 0.995], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]] / np.array([[1.00001249992], [1], [1]]))
     array([ 0,  1, -1])
     """
@@ -75,12 +75,12 @@ class BinghamMixture:
     background: float = 0.0
 
     def __post_init__(self) -> None:
-        check_kind(self.components, Bingham, "components", "one batch of laws: Bingham(z (K, d), M (K, d, d))")
-        check_number(self.background, "background", "a number in [0, 1]", least=0.0)
-        w = numbers(self.weights, "weights")
+        check_kind(self.components, Bingham, "components", "one batch of distributions: Bingham(z (K, d), M (K, d, d))")
+        check_number(self.background, "background", "a number in [0, 1]", minimum=0.0)
+        w = as_numbers(self.weights, "weights")
         if len(self.components.shape) != 1 or w.shape != self.components.shape:
             raise InvalidArgumentError("weights", f"one for each component, shape {self.components.shape}", w.shape,
-                                       "components is one batch of laws, Bingham(z (K, d), M (K, d, d))")  # fmt: skip
+                                       "components is one batch: Bingham(z (K, d), M (K, d, d))")  # fmt: skip
         total = float(w.sum()) + self.background
         if not (np.all(w >= 0.0) and self.background >= 0.0 and abs(total - 1.0) <= 1e-8):
             raise InvalidArgumentError("weights", "not negative, with sum 1 including the background",
@@ -91,11 +91,13 @@ class BinghamMixture:
         object.__setattr__(self, "background", float(self.background) / total)
 
     @classmethod
-    def single(cls, law: Bingham) -> BinghamMixture:
-        """Return the mixture of one component, the same law."""
-        if law.shape:
-            raise InvalidArgumentError("law", "a single law", f"a batch of shape {law.shape}")
-        return cls(np.ones(1), Bingham.from_spectrum(np.array(law.z[None]), np.array(law.M[None])))
+    def single(cls, distribution: Bingham) -> BinghamMixture:
+        """Return the mixture of one component, the same distribution."""
+        if distribution.shape:
+            raise InvalidArgumentError(
+                "distribution", "a single distribution", f"a batch of shape {distribution.shape}"
+            )
+        return cls(np.ones(1), Bingham.from_spectrum(np.array(distribution.z[None]), np.array(distribution.M[None])))
 
     @classmethod
     def fit(
@@ -121,8 +123,8 @@ class BinghamMixture:
         x : (n, d) array_like or Rotation
             Unit vectors (within 1e-6).
         components : int or sequence of int
-            Number of components; of a sequence, such as ``range(1, 9)``, the number with the least `bic`. For "sac" the
-            largest number to look for.
+            Number of components; of a sequence, such as ``range(1, 9)``, the number with the lowest `bic`. For "sac"
+            the largest number to look for.
         method : {"em", "sac"}
             Expectation-maximisation (maximum likelihood), or sample consensus after Glover (2012), faster and rougher.
         weights : (n,) array_like, optional
@@ -135,10 +137,10 @@ class BinghamMixture:
             Ceiling of |z|: no component is narrower than √(1/(2 max_concentration)) rad. It bounds the likelihood of
             rounded or noise-free data, which would grow without end.
         min_points : int, optional
-            Least number of points of a component; by default its number of parameters plus one, d(d+1)/2.
+            Minimum number of points of a component; by default its number of parameters plus one, d(d+1)/2.
         min_density : float, optional
-            For "sac": density a point must have to belong to a component; 1/area by default, the uniform law's. A
-            higher one keeps it from covering two modes with one girdle.
+            For "sac": density a point must have to belong to a component; 1/area by default, the uniform
+            distribution's. A higher one keeps it from covering two modes with one girdle.
         tolerance : float
             Gain of log-likelihood a sample and step, in nats, at which "em" has converged.
         rng : None, int or numpy.random.Generator
@@ -236,13 +238,13 @@ class BinghamMixture:
     def rvs(self, size: int, *, rng: Any = None) -> FloatArray:
         """Return exact, independent samples (size, d)."""
         generator = as_generator(rng)
-        laws, weights = self.laws()
+        distributions, weights = self.distributions()
         counts = generator.multinomial(size, weights)
-        parts = [laws[k].rvs(int(count), rng=generator) for k, count in enumerate(counts)]
+        parts = [distributions[k].rvs(int(count), rng=generator) for k, count in enumerate(counts)]
         return generator.permutation(np.concatenate(parts), axis=0)
 
-    def laws(self) -> tuple[Bingham, FloatArray]:
-        """Return all laws as one batch with their weights; a background is the last one, with z = 0."""
+    def distributions(self) -> tuple[Bingham, FloatArray]:
+        """Return all distributions as one batch with their weights; a background is the last one, with z = 0."""
         if self.background == 0.0:
             return self.components, self.weights
         d = self.dim
@@ -266,7 +268,7 @@ class BinghamMixture:
         """
         from bingham.distributions.mixture_algebra import entropy_bounds
 
-        return EntropyBounds(*entropy_bounds(*self.laws()))
+        return EntropyBounds(*entropy_bounds(*self.distributions()))
 
     def peaks(self) -> Peaks:
         """Return the local maxima of the density reached from the modes of the components, highest first.
@@ -280,7 +282,7 @@ class BinghamMixture:
     # Algebra
 
     def multiply(self, other: BinghamMixture | Bingham, *, min_weight: float = 1e-6) -> BinghamMixture:
-        """Return the law with density ∝ f(x) g(x): all products of components, those below `min_weight` dropped."""
+        """Return the with density ∝ f(x) g(x): products of components, those below `min_weight` dropped."""
         from bingham.distributions.mixture_algebra import multiply
 
         product = multiply(self, _as_mixture(other))[0]
@@ -295,11 +297,11 @@ class BinghamMixture:
     def rotate(
         self, *, left: ArrayLike | Rotation | None = None, right: ArrayLike | Rotation | None = None
     ) -> BinghamMixture:
-        """Return the law of left ⊕ x ⊕ right for fixed unit left and right (d,); d = 2 or 4."""
+        """Return the distribution of left ⊕ x ⊕ right for fixed unit left and right (d,); d = 2 or 4."""
         return BinghamMixture(self.weights, self.components.rotate(left=left, right=right), self.background)
 
     def inverse(self) -> BinghamMixture:
-        """Return the law of x* (conjugate); d = 2 or 4."""
+        """Return the distribution of x* (conjugate); d = 2 or 4."""
         return BinghamMixture(self.weights, self.components.inverse(), self.background)
 
     def prune(self, min_weight: float) -> BinghamMixture:
@@ -312,8 +314,8 @@ class BinghamMixture:
     def reduce(self, size: int) -> BinghamMixture:
         """Merge pairs of components until `size` are left, always the pair that costs the least.
 
-        The merged law has the weighted second moment of the pair, which makes it the closest Bingham law in KL; the
-        cost
+        The merged distribution has the weighted second moment of the pair, which makes it the closest Bingham
+        distribution in KL; the cost
         (αᵢ + αⱼ) H(merged) − αᵢ Hᵢ − αⱼ Hⱼ bounds the KL divergence between the mixtures from above (after Runnalls
         2007).
         """
@@ -328,5 +330,5 @@ class BinghamMixture:
         return reduce(self, 1, cost)
 
 
-def _as_mixture(law: BinghamMixture | Bingham) -> BinghamMixture:
-    return law if isinstance(law, BinghamMixture) else BinghamMixture.single(law)
+def _as_mixture(distribution: BinghamMixture | Bingham) -> BinghamMixture:
+    return distribution if isinstance(distribution, BinghamMixture) else BinghamMixture.single(distribution)

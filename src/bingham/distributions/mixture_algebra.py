@@ -28,7 +28,7 @@ def multiply(p: BinghamMixture, q: BinghamMixture) -> tuple[BinghamMixture, floa
     factor as it is, times 1/area.
     """
     if p.dim != q.dim:
-        raise InvalidArgumentError("other", f"a law of dimension {p.dim}", q.dim)
+        raise InvalidArgumentError("other", f"a distribution of dimension {p.dim}", q.dim)
     d, area = p.dim, log_area(p.dim)
     pairs = Bingham.from_matrix((p.components.matrix[:, None] + q.components.matrix[None]).reshape(-1, d, d))
     # `from_matrix` drops the largest eigenvalue of the sum, which belongs to log F(A + B).
@@ -50,31 +50,34 @@ def multiply(p: BinghamMixture, q: BinghamMixture) -> tuple[BinghamMixture, floa
         log_uniform = np.log(p.background * q.background) - area
     log_w = np.concatenate(logs)
     evidence = float(np.asarray(logsumexp(np.append(log_w, log_uniform))))
-    laws = Bingham.from_spectrum(np.concatenate(z), np.concatenate(frames))
-    return BinghamMixture(np.exp(log_w - evidence), laws, float(np.exp(log_uniform - evidence))), evidence
+    distributions = Bingham.from_spectrum(np.concatenate(z), np.concatenate(frames))
+    return BinghamMixture(np.exp(log_w - evidence), distributions, float(np.exp(log_uniform - evidence))), evidence
 
 
 def compose_mixtures(p: BinghamMixture, q: BinghamMixture) -> BinghamMixture:
     """Return the mixture of pᵢ ⊕ qⱼ with weights αᵢ βⱼ; whatever meets a background is uniform."""
     if p.dim != q.dim:
-        raise InvalidArgumentError("other", f"a law of dimension {p.dim}", q.dim)
-    laws = [p.components[i].compose(q.components[j]) for i in range(p.size) for j in range(q.size)]
-    batch = Bingham.from_spectrum(np.stack([law.z for law in laws]), np.stack([law.M for law in laws]))
+        raise InvalidArgumentError("other", f"a distribution of dimension {p.dim}", q.dim)
+    distributions = [p.components[i].compose(q.components[j]) for i in range(p.size) for j in range(q.size)]
+    batch = Bingham.from_spectrum(
+        np.stack([distribution.z for distribution in distributions]),
+        np.stack([distribution.M for distribution in distributions]),
+    )
     background = p.background + q.background - p.background * q.background
     return BinghamMixture(np.outer(p.weights, q.weights).ravel(), batch, background)
 
 
-def entropy_bounds(laws: Bingham, weights: FloatArray) -> tuple[float, float]:
+def entropy_bounds(distributions: Bingham, weights: FloatArray) -> tuple[float, float]:
     """Return the lower and the upper bound of `BinghamMixture.entropy_bounds`."""
     from bingham.distributions.normalizer import log_normalizer
 
     keep = weights > 0.0
-    laws, weights = laws[keep], weights[keep]
-    log_f = laws.log_normalizer
-    values = np.linalg.eigvalsh(laws.matrix[:, None] + laws.matrix[None])
+    distributions, weights = distributions[keep], weights[keep]
+    log_f = distributions.log_normalizer
+    values = np.linalg.eigvalsh(distributions.matrix[:, None] + distributions.matrix[None])
     overlap = log_normalizer(values) - log_f[:, None] - log_f[None]
     lower = -float(np.sum(weights * np.asarray(logsumexp(overlap + np.log(weights), axis=1))))
-    return lower, float(np.sum(weights * (laws.entropy() - np.log(weights))))
+    return lower, float(np.sum(weights * (distributions.entropy() - np.log(weights))))
 
 
 def _merge_cost(weights: FloatArray, moments: FloatArray, entropies: FloatArray, i: Any, j: Any) -> tuple[Any, Bingham]:
@@ -91,8 +94,13 @@ def reduce(mixture: BinghamMixture, size: int, limit: float) -> BinghamMixture:
     if mixture.size <= size:
         return mixture
     keep = mixture.weights > 0.0
-    weights, laws = np.array(mixture.weights[keep]), mixture.components[keep]
-    z, frames, moments, entropies = np.array(laws.z), np.array(laws.M), laws.moment(), np.array(laws.entropy())
+    weights, distributions = np.array(mixture.weights[keep]), mixture.components[keep]
+    z, frames, moments, entropies = (
+        np.array(distributions.z),
+        np.array(distributions.M),
+        distributions.moment(),
+        np.array(distributions.entropy()),
+    )
     n = len(weights)
     cost = np.full((n, n), np.inf)
     i, j = np.triu_indices(n, 1)

@@ -39,7 +39,7 @@ def _rows(x: ArrayLike, name: str) -> FloatArray:
     return a
 
 
-def _refusal(row: FloatArray) -> InvalidArgumentError:
+def _rejection(row: FloatArray) -> InvalidArgumentError:
     if not np.all(np.isfinite(row)):
         return InvalidArgumentError("z", "finite concentrations", row[~np.isfinite(row)][0])
     return InvalidArgumentError("z", f"concentrations that differ by at most {LARGEST:g}", row.min() - row.max())
@@ -93,7 +93,7 @@ def log_normalizer_derivatives(z: ArrayLike) -> tuple[FloatArray, FloatArray, Fl
     kernel = derivatives_lanes_4 if d == 4 else derivatives_rows
     for start, found in by_rows(kernel, rows, log_f, gradient, hessian, row_us=0.1):
         if found >= 0:
-            raise _refusal(rows[start + found])
+            raise _rejection(rows[start + found])
     shape = a.shape[:-1]
     return log_f.reshape(shape)[()], gradient.reshape(a.shape), hessian.reshape(*a.shape, d)
 
@@ -130,7 +130,8 @@ def concentrations(w: ArrayLike) -> FloatArray:
     Raises
     ------
     InvalidArgumentError
-        If an entry is not positive (a law on a smaller sphere has no finite concentrations) or a row does not sum to 1.
+        If an entry is not positive (a distribution on a smaller sphere has no finite concentrations) or a row does not
+        sum to 1.
     ConvergenceError
         If Newton's method does not reach rounding error; never seen for valid moments.
 
@@ -151,7 +152,7 @@ def solve_moments(w: ArrayLike) -> tuple[FloatArray, FloatArray, NDArray[np.int6
             "w",
             "positive second moments",
             bad,
-            "a zero moment means a law on a smaller sphere: "
+            "a zero moment means a distribution on a smaller sphere: "
             "drop that axis, or add the variance that rounding or noise hides",
         )
     total = a.sum(axis=-1, keepdims=True)

@@ -1,4 +1,4 @@
-"""Relations to the Gaussian, von Mises and von Mises–Fisher laws (Kurz et al. 2014, Appendices A–C, eq. 57)."""
+"""Relations to Gaussian, von Mises and von Mises–Fisher distributions (Kurz et al. 2014, Appendices A–C, eq. 57)."""
 
 from __future__ import annotations
 
@@ -28,14 +28,14 @@ class Gaussian(NamedTuple):
     covariance: FloatArray
 
 
-def _single(law: Bingham) -> FloatArray:
-    if law.shape:
-        raise InvalidArgumentError("law", "a single law", f"a batch {law.shape}")
-    return law.z
+def _single(distribution: Bingham) -> FloatArray:
+    if distribution.shape:
+        raise InvalidArgumentError("distribution", "a single distribution", f"a batch {distribution.shape}")
+    return distribution.z
 
 
-def angular_variance(law: Bingham) -> float:
-    """Return E[φ²], rad², of the angle φ = arccos |xᵀ mode| of a single law.
+def angular_variance(distribution: Bingham) -> float:
+    """Return E[φ²], rad², of the angle φ = arccos |xᵀ mode| of a single distribution.
 
     For d = 2 this is the variance of the Gaussian that a scalar Kalman filter for axes would use (Kurz et al. 2013).
 
@@ -45,11 +45,11 @@ def angular_variance(law: Bingham) -> float:
     >>> round(angular_variance(Bingham([-1.0, 0.0], np.eye(2))), 4)
     0.5872
     """
-    phi, weight = colatitude_density(_single(law), HALF_TURN)
+    phi, weight = colatitude_density(_single(distribution), HALF_TURN)
     return float(weight @ phi**2)
 
 
-def to_gaussian(law: Bingham) -> Gaussian:
+def to_gaussian(distribution: Bingham) -> Gaussian:
     """Return the Gaussian about one mode m: C = E[(x − m)(x − m)ᵀ | xᵀm > 0] (Kurz et al. 2014, eq. 57).
 
     By symmetry C = M diag(ω₁, …, ω_{d−1}, 1 + ω_d − 2 E|mᵀx|) Mᵀ; the last mean is one quadrature. The integral is
@@ -62,15 +62,15 @@ def to_gaussian(law: Bingham) -> Gaussian:
     array([[0.38, 0.  ],
            [0.  , 0.15]])
     """
-    phi, weight = colatitude_density(_single(law), HALF_TURN)
-    w = law.axis_moments.copy()
-    # 1 + cos²φ − 2 cos φ = 4 sin⁴(φ/2), without cancellation for narrow laws.
+    phi, weight = colatitude_density(_single(distribution), HALF_TURN)
+    w = distribution.axis_moments.copy()
+    # 1 + cos²φ − 2 cos φ = 4 sin⁴(φ/2), without cancellation for narrow distributions.
     w[-1] = weight @ (4.0 * np.sin(0.5 * phi) ** 4)
-    return Gaussian(np.array(law.mode), (law.M * w) @ law.M.T)
+    return Gaussian(np.array(distribution.mode), (distribution.M * w) @ distribution.M.T)
 
 
 def from_gaussian(mean: ArrayLike, covariance: ArrayLike) -> Bingham:
-    """Return the Bingham law with the second moment of x/‖x‖, x ~ N(mean, covariance).
+    """Return the Bingham distribution with the second moment of x/‖x‖, x ~ N(mean, covariance).
 
     E[x xᵀ/‖x‖²] = ∫₀^∞ E[x xᵀ e^{−t‖x‖²}] dt, whose integrand is e^{−t mᵀG m} |I + 2tC|^{−1/2} (G m mᵀ G + C G) with
     G = (I + 2tC)⁻¹: one integral in any dimension.
@@ -105,43 +105,43 @@ def from_gaussian(mean: ArrayLike, covariance: ArrayLike) -> Bingham:
     return Bingham.from_moment(0.5 * (moment + moment.T))
 
 
-def to_von_mises(law: Bingham) -> tuple[float, float]:
-    """Return (μ, κ) of the von Mises law of the doubled angle 2θ, x = (cos θ, sin θ): κ = −z₁/2 (eq. 76), d = 2."""
-    z = _single(law)
-    if law.dim != 2:
-        raise InvalidArgumentError("law", "dimension 2", law.dim)
-    c, s = law.mode
+def to_von_mises(distribution: Bingham) -> tuple[float, float]:
+    """Return (μ, κ) of the von Mises distribution of 2θ, x = (cos θ, sin θ): κ = −z₁/2 (eq. 76), d = 2."""
+    z = _single(distribution)
+    if distribution.dim != 2:
+        raise InvalidArgumentError("distribution", "dimension 2", distribution.dim)
+    c, s = distribution.mode
     return float(2.0 * np.arctan2(s, c) % (2.0 * np.pi)), float(-0.5 * z[0])
 
 
 def from_von_mises(mu: float, kappa: float) -> Bingham:
-    """Return the d = 2 law of θ whose doubled angle is von Mises with mean μ (rad) and concentration κ ≥ 0."""
+    """Return the d = 2 distribution of θ whose doubled angle is von Mises with mean μ (rad) and concentration κ ≥ 0."""
     if not (np.isfinite(mu) and np.isfinite(kappa) and kappa >= 0.0):
         raise InvalidArgumentError("mu, kappa", "finite, kappa >= 0", (mu, kappa))
     c, s = np.cos(0.5 * mu), np.sin(0.5 * mu)
     return Bingham([-2.0 * kappa, 0.0], [[-s, c], [c, s]])
 
 
-def to_von_mises_fisher(law: Bingham) -> tuple[FloatArray, float]:
-    """Return (mode, κ = −z₁/2) of an isotropic law, any d.
+def to_von_mises_fisher(distribution: Bingham) -> tuple[FloatArray, float]:
+    """Return (mode, κ = −z₁/2) of an isotropic distribution, any d.
 
     Along the angle θ from the mode the Bingham density is ∝ exp(κ cos 2θ): reweighted by (2 cos θ)^{d−2}, the ratio of
-    the areas of the circles at 2θ and θ, the doubled angle follows the von Mises–Fisher law (Appendix C; with the
-    area factor sin^{d−2}, where the paper prints d − 1).
+    the areas of the circles at 2θ and θ, the doubled angle follows the von Mises–Fisher distribution (Appendix C; with
+    the area factor sin^{d−2}, where the paper prints d − 1).
 
     Raises
     ------
     InvalidArgumentError
         If the first d − 1 concentrations differ by more than 1e-9 of their size.
     """
-    z = _single(law)
+    z = _single(distribution)
     if np.ptp(z[:-1]) > 1e-9 * abs(z[0]):
-        raise InvalidArgumentError("law", "equal concentrations but the last (an isotropic law)", z)
-    return np.array(law.mode), float(-0.5 * z[:-1].mean())
+        raise InvalidArgumentError("distribution", "equal concentrations but the last (an isotropic distribution)", z)
+    return np.array(distribution.mode), float(-0.5 * z[:-1].mean())
 
 
 def from_von_mises_fisher(mode: ArrayLike, kappa: float) -> Bingham:
-    """Return the isotropic law with the given mode (d,) and z = (−2κ, …, −2κ, 0); inverse of `to_von_mises_fisher`."""
+    """Return the isotropic distribution with mode (d,) and z = (−2κ, …, −2κ, 0); inverse of `to_von_mises_fisher`."""
     if not (np.isfinite(kappa) and kappa >= 0.0):
         raise InvalidArgumentError("kappa", "a finite number >= 0", kappa)
     m = unit_rows(mode, None, "mode")

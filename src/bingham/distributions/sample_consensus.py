@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bingham.distributions.bingham import Bingham
-from bingham.distributions.em import laws_of_moments
+from bingham.distributions.em import distributions_of_moments
 from bingham.distributions.mixture import BinghamMixture, log_area
 
 __all__ = ["sample_consensus"]
@@ -18,20 +18,26 @@ COMPARED = 2000
 REFINEMENTS = 3
 
 
-def _laws(x: FloatArray, counts: FloatArray, max_concentration: float) -> Bingham:
-    """Return the laws (T,) of samples x (T, m, d) with counts (T, m)."""
+def _distributions(x: FloatArray, counts: FloatArray, max_concentration: float) -> Bingham:
+    """Return the distributions (T,) of samples x (T, m, d) with counts (T, m)."""
     w = counts / counts.sum(axis=-1, keepdims=True)
     moments = np.einsum("tmi,tm,tmj->tij", x, w, x)
     d = x.shape[-1]
-    return laws_of_moments(moments, np.broadcast_to(np.eye(d), (len(x), d, d)), max_concentration)
+    return distributions_of_moments(moments, np.broadcast_to(np.eye(d), (len(x), d, d)), max_concentration)
 
 
-def _gains(x: FloatArray, laws: Bingham, level: float) -> FloatArray:
+def _gains(x: FloatArray, distributions: Bingham, level: float) -> FloatArray:
     """Return log f(x) − level (n, T)."""
     from bingham.kernels.mixture import log_joint
 
-    out = np.empty((len(x), laws.shape[0]))
-    log_joint(x, np.ascontiguousarray(np.swapaxes(laws.M, -1, -2)), laws.z, -laws.log_normalizer - level, out)
+    out = np.empty((len(x), distributions.shape[0]))
+    log_joint(
+        x,
+        np.ascontiguousarray(np.swapaxes(distributions.M, -1, -2)),
+        distributions.z,
+        -distributions.log_normalizer - level,
+        out,
+    )
     return out
 
 
@@ -49,9 +55,10 @@ def sample_consensus(
 ) -> BinghamMixture:
     """Peel components off the data one by one.
 
-    Laws are proposed from d random rows each; points where a law exceeds `min_density` are its inliers. The law of
-    greatest Σ log(f / min_density) over its inliers is refitted to them, and they leave the data. It stops when no law
-    has `min_points` inliers or `max_components` are found. What is left over is background.
+    Distributions are proposed from d random rows each; points where a distribution exceeds `min_density` are its
+    inliers. The distribution of greatest Σ log(f / min_density) over its inliers is refitted to them, and they leave
+    the data. It stops when no distribution has `min_points` inliers or `max_components` are found. What is left over
+    is background.
 
     Parameters
     ----------
@@ -64,9 +71,9 @@ def sample_consensus(
     weights : (n,) ndarray, optional
         Non-negative counts.
     min_points : float
-        Least sum of counts of a component's inliers.
+        Minimum sum of counts of a component's inliers.
     min_density : float, optional
-        Density at which a point becomes an outlier; 1/area by default, that of the uniform law.
+        Density at which a point becomes an outlier; 1/area by default, that of the uniform distribution.
     trials : int
         Proposals a component.
     max_concentration : float
@@ -83,20 +90,20 @@ def sample_consensus(
     while len(found) < max_components and len(left) >= d and counts[left].sum() >= min_points:
         p = counts[left] / counts[left].sum()
         picks = left[rng.choice(len(left), size=(trials, d), p=p)]
-        laws = _laws(x[picks], np.ones(picks.shape), max_concentration)
+        distributions = _distributions(x[picks], np.ones(picks.shape), max_concentration)
         some = left if len(left) <= COMPARED else rng.choice(left, COMPARED, replace=False)
-        score = counts[some] @ np.maximum(_gains(x[some], laws, level), 0.0)
-        law = laws[np.array([int(np.argmax(score))])]
-        inliers = left[_gains(x[left], law, level)[:, 0] > 0.0]
+        score = counts[some] @ np.maximum(_gains(x[some], distributions, level), 0.0)
+        distribution = distributions[np.array([int(np.argmax(score))])]
+        inliers = left[_gains(x[left], distribution, level)[:, 0] > 0.0]
         for _ in range(REFINEMENTS):
             if counts[inliers].sum() < min_points:
                 break
-            law = _laws(x[inliers][None], counts[inliers][None], max_concentration)
-            inliers = left[_gains(x[left], law, level)[:, 0] > 0.0]
+            distribution = _distributions(x[inliers][None], counts[inliers][None], max_concentration)
+            inliers = left[_gains(x[left], distribution, level)[:, 0] > 0.0]
         mass = float(counts[inliers].sum())
         if mass < min_points:
             break
-        found.append(law)
+        found.append(distribution)
         masses.append(mass)
         left = np.setdiff1d(left, inliers, assume_unique=True)
     rest = float(counts[left].sum()) if background else 0.0
@@ -104,5 +111,8 @@ def sample_consensus(
     if not found:
         empty = Bingham.from_spectrum(np.zeros((0, d)), np.zeros((0, d, d)))
         return BinghamMixture(np.zeros(0), empty, 1.0)
-    batch = Bingham.from_spectrum(np.concatenate([law.z for law in found]), np.concatenate([law.M for law in found]))
+    batch = Bingham.from_spectrum(
+        np.concatenate([distribution.z for distribution in found]),
+        np.concatenate([distribution.M for distribution in found]),
+    )
     return BinghamMixture(np.array(masses) / total, batch, rest / total)

@@ -62,19 +62,21 @@ def fit_mixture(
     if not max_concentration > 1.0:
         raise InvalidArgumentError("max_concentration", "a ceiling above 1", max_concentration)
     d = a.shape[1]
-    least = d * (d + 1) // 2 if min_points is None else min_points
+    minimum = d * (d + 1) // 2 if min_points is None else min_points
     generator = as_generator(rng)
     if method == "sac":
-        found = sample_consensus(a, max(sizes), rng=generator, weights=counts, min_points=max(least, 1),
+        found = sample_consensus(a, max(sizes), rng=generator, weights=counts, min_points=max(minimum, 1),
                                  min_density=min_density, max_concentration=max_concentration,
                                  background=background)  # fmt: skip
         if found.size == 0:
-            raise ConvergenceError(f"sample consensus: no component of {least} points found", found, "lower min_points")
+            raise ConvergenceError(
+                f"sample consensus: no component of {minimum} points found", found, "lower min_points"
+            )
         return found
     if method != "em":
         raise InvalidArgumentError("method", "'em' or 'sac'", repr(method))
-    if counts.sum() < least:
-        raise InvalidArgumentError("x", f"at least min_points = {least} samples", len(a))
+    if counts.sum() < minimum:
+        raise InvalidArgumentError("x", f"at least min_points = {minimum} samples", len(a))
     best: BinghamMixture | None = None
     best_bic = np.inf
     lost: ConvergenceError | None = None
@@ -82,7 +84,7 @@ def fit_mixture(
         fitted: BinghamMixture | None = None
         try:
             fitted = _best_of_restarts(
-                a, counts, size, background, restarts, max_concentration, least, tolerance, generator
+                a, counts, size, background, restarts, max_concentration, minimum, tolerance, generator
             )
         except ConvergenceError as error:
             lost = error

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from bingham.distributions.em import laws_of_moments
+from bingham.distributions.em import distributions_of_moments
 from bingham.distributions.mixture import BinghamMixture
 
 __all__ = ["seed_axes", "start_from_axes"]
@@ -61,7 +61,7 @@ def start_from_axes(x: FloatArray, counts: FloatArray, axes: FloatArray, *, back
             moments[k] = (rows * counts[members, None]).T @ rows + np.outer(axes[k], axes[k])
             moments[k] /= shares[k] + 1.0
         axes = np.linalg.eigh(moments)[1][..., -1]
-    laws = laws_of_moments(moments, np.broadcast_to(np.eye(d), moments.shape), START_CONCENTRATION)
+    distributions = distributions_of_moments(moments, np.broadcast_to(np.eye(d), moments.shape), START_CONCENTRATION)
     alpha = shares + 1.0
     share = START_BACKGROUND if background else 0.0
-    return BinghamMixture(alpha * ((1.0 - share) / alpha.sum()), laws, share)
+    return BinghamMixture(alpha * ((1.0 - share) / alpha.sum()), distributions, share)

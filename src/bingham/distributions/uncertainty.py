@@ -1,4 +1,4 @@
-"""What a Bingham law says about its own spread: credible angles, covariances, standard errors of a fit."""
+"""What a Bingham distribution says about its own spread: credible angles, covariances, standard errors of a fit."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from scipy.optimize import root_scalar
 from bingham.distributions.arguments import check_number
 from bingham.distributions.normalizer import log_normalizer, log_normalizer_derivatives
 from bingham.errors import InvalidArgumentError
-from bingham.rotations import compose, conjugate, numbers
+from bingham.rotations import as_numbers, compose, conjugate
 
 __all__ = [
     "colatitude_density",
@@ -59,7 +59,7 @@ def colatitude_density(z: FloatArray, angle: float) -> tuple[FloatArray, FloatAr
 
 def credible_angle(z: FloatArray, p: ArrayLike) -> Any:
     """Return α (...) with P(arccos |xᵀ mode| ≤ α) = p for z (..., d), p (...), broadcast."""
-    share = numbers(p, "p")
+    share = as_numbers(p, "p")
     if not np.all((share >= 0.0) & (share <= 1.0)):
         raise InvalidArgumentError("p", "probabilities in [0, 1]", p)
     shape = np.broadcast_shapes(z.shape[:-1], share.shape)
@@ -87,14 +87,14 @@ def credible_angle(z: FloatArray, p: ArrayLike) -> Any:
 
 
 def frame_required(function: Callable[P, R]) -> Callable[P, R]:
-    """Refuse calls without ``frame=`` in the words of every other mistake, not with Python's bare TypeError."""
+    """Reject calls without ``frame=`` in the words of every other mistake, not with Python's bare TypeError."""
 
     @wraps(function)
     def asking(*args: P.args, **kwargs: P.kwargs) -> R:
         if "frame" not in kwargs:
             got = f"{args[-1]!r} without the name" if isinstance(args[-1], str) else "none"
-            remedy = "name the axes of the small rotation; there is no default"
-            raise InvalidArgumentError("frame", "frame='body' or frame='world'", got, remedy)
+            hint = "name the axes of the small rotation; there is no default"
+            raise InvalidArgumentError("frame", "frame='body' or frame='world'", got, hint)
         return function(*args, **kwargs)
 
     return asking
@@ -110,13 +110,13 @@ def covariance(M: FloatArray, w: FloatArray, frame: str, undefined: str) -> Floa
     """Return C = 4 Σᵢ ωᵢ eᵢ eᵢᵀ (..., 3, 3), eᵢ the vector part of mode* ⊗ mᵢ (body) or mᵢ ⊗ mode* (world)."""
     body = _frame_is_named(frame)
     if M.shape[-1] != 4:
-        raise InvalidArgumentError("law", "one of rotations, d = 4", f"d = {M.shape[-1]}")
+        raise InvalidArgumentError("distribution", "one of rotations, d = 4", f"d = {M.shape[-1]}")
     if undefined not in ("raise", "nan"):
         raise InvalidArgumentError("undefined", "'raise' or 'nan'", repr(undefined))
     vague = 2.0 * w[..., 2] > w[..., 3]
     if undefined == "raise" and np.any(vague):
         raise InvalidArgumentError(
-            "law",
+            "distribution",
             "one clear mode (twice as heavy as any other axis)",
             f"moments {w[vague][0] if w.ndim > 1 else w}",
             "use moment() or credible_angle(), or pass undefined='nan'",
@@ -131,7 +131,7 @@ def covariance(M: FloatArray, w: FloatArray, frame: str, undefined: str) -> Floa
 def moment_from_covariance(mode: FloatArray, c: ArrayLike, frame: str) -> tuple[FloatArray, FloatArray]:
     """Return (ω, M) of the second moment about mode (..., 4) whose `covariance` is c (..., 3, 3)."""
     body = _frame_is_named(frame)
-    a = numbers(c, "covariance")
+    a = as_numbers(c, "covariance")
     if a.shape[-2:] != (3, 3):
         raise InvalidArgumentError("covariance", "shape (..., 3, 3), rad²", a.shape)
     if not np.all(np.isfinite(a)) or np.abs(a - np.swapaxes(a, -1, -2)).max(initial=0.0) > 1e-8 * np.abs(a).max(
@@ -146,7 +146,7 @@ def moment_from_covariance(mode: FloatArray, c: ArrayLike, frame: str) -> tuple[
             "covariance",
             "positive definite with a trace small enough for a mode (below about 2 rad²)",
             f"variances from {values.min():.4g} to {values.max():.4g} rad²",
-            "multiply degrees² by (π/180)²; for angles that may be anything start from a girdle or the uniform law",
+            "multiply degrees² by (π/180)²; for angles that may be anything start from a girdle or Bingham.uniform",
         )
     # Descending variance is ascending moment order reversed: rows from the narrowest to the widest, then the mode.
     e = np.concatenate([np.zeros((*values.shape, 1)), np.swapaxes(vectors, -1, -2)], axis=-1)

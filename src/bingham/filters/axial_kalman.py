@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 
 from bingham.errors import InvalidArgumentError
 from bingham.filters.checks import check_state, covariance_matrix, noise_covariance, unchecked
-from bingham.filters.gaussian import GaussianState, KalmanInfo, KalmanTrack, kalman_update, mirrored, run_steps
+from bingham.filters.gaussian import GaussianState, KalmanInfo, KalmanTrack, align_to, kalman_update, run_steps
 from bingham.rotations import compose, right_matrix, unit_rows
 
 __all__ = ["AxialKalmanFilter"]
@@ -68,7 +68,7 @@ class AxialKalmanFilter:
         """Return the state given the measurement ±z (..., d); NaN is a missing measurement."""
         d = len(self._w)
         check_state(state, GaussianState, d)
-        innovation = mirrored(z, state.mean) - state.mean
+        innovation = align_to(z, state.mean) - state.mean
         mean, covariance, info = kalman_update(state.mean, state.covariance, innovation, np.eye(d), self._v)
         return unchecked(GaussianState, mean=mean, covariance=covariance), info
 

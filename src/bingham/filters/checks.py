@@ -28,46 +28,46 @@ __all__ = [
 FloatArray = NDArray[np.float64]
 T = TypeVar("T")
 
-LAW_OF_NOISE = "for a covariance C about the identity: Bingham.from_covariance([1, 0, 0, 0], C, frame='body')"
+DISTRIBUTION_OF_NOISE = "for a covariance C about the identity: Bingham.from_covariance([1, 0, 0, 0], C, frame='body')"
 
 
 def check_noise_side(noise_side: str) -> None:
-    """Refuse what is neither "right" (body frame) nor "left" (world frame)."""
+    """Reject what is neither "right" (body frame) nor "left" (world frame)."""
     if noise_side not in ("right", "left"):
         raise InvalidArgumentError("noise_side", "'right' or 'left'", repr(noise_side))
 
 
 def check_process_noise(w: Any) -> None:
-    """Refuse what is neither a law nor has the methods of a `MotionModel`."""
+    """Reject what is neither a distribution nor has the methods of a `MotionModel`."""
     if isinstance(w, Bingham) or (callable(getattr(w, "propagate", None)) and not isinstance(w, type)):
         return
-    expected = "a Bingham law or a motion model with propagate(state, control, dt)"
+    expected = "a Bingham distribution or a motion model with propagate(state, control, dt)"
     if callable(getattr(w, "likelihood", None)):
-        remedy = "swap them: the process noise comes first, the sensor second"
+        hint = "swap them: the process noise comes first, the sensor second"
     else:
-        remedy = LAW_OF_NOISE + ", or take Diffusion(σ) or Gyroscope(noise density)"
-    raise InvalidArgumentError("process_noise", expected, described(w), remedy)
+        hint = DISTRIBUTION_OF_NOISE + ", or take Diffusion(σ) or Gyroscope(noise density)"
+    raise InvalidArgumentError("process_noise", expected, described(w), hint)
 
 
 def check_measurement_noise(v: Any, *, mixtures: bool = False) -> None:
-    """Refuse what is neither a law (or a mixture, where filters take them) nor has the method of a `Sensor`."""
+    """Reject what is no distribution (or mixture, where filters take them) and has not the method of a `Sensor`."""
     if isinstance(v, Bingham) or (mixtures and isinstance(v, BinghamMixture)):
         return
     if callable(getattr(v, "likelihood", None)) and not isinstance(v, type):
         return
-    laws = "a Bingham law, a BinghamMixture" if mixtures else "a Bingham law"
+    distributions = "a Bingham distribution, a BinghamMixture" if mixtures else "a Bingham distribution"
     if callable(getattr(v, "propagate", None)):
-        remedy = "swap them: the process noise, or motion model, comes first, the sensor second"
+        hint = "swap them: the process noise, or motion model, comes first, the sensor second"
     elif isinstance(v, BinghamMixture):
-        remedy = "MixtureFilter takes mixtures"
+        hint = "MixtureFilter takes mixtures"
     else:
-        remedy = LAW_OF_NOISE
-    expected = f"{laws} or a sensor with likelihood(z, predicted)"
-    raise InvalidArgumentError("measurement_noise", expected, described(v), remedy)
+        hint = DISTRIBUTION_OF_NOISE
+    expected = f"{distributions} or a sensor with likelihood(z, predicted)"
+    raise InvalidArgumentError("measurement_noise", expected, described(v), hint)
 
 
 def check_state(state: Any, kind: type[Any], length: int) -> None:
-    """Refuse a state of another kind, or whose vector has another length, than the filter's."""
+    """Reject a state of another kind, or whose vector has another length, than the filter's."""
     check_kind(state, kind, "state")
     mean = state.mean
     if mean.shape[-1] != length:
@@ -91,7 +91,7 @@ def variance(x: ArrayLike, name: str, *, positive: bool = False) -> FloatArray:
 
 
 def noise_variance(x: ArrayLike, name: str, *, positive: bool = False) -> None:
-    """Refuse what is no single `variance`."""
+    """Reject what is no single `variance`."""
     if variance(x, name, positive=positive).ndim:
         raise InvalidArgumentError(name, "a single number", x)
 

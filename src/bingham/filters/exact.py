@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from bingham.distributions.bingham import Bingham
-from bingham.distributions.checks import check_law
+from bingham.distributions.checks import check_distribution
 from bingham.errors import ConvergenceError, InvalidArgumentError
 from bingham.filters.user_functions import checked_log_likelihood
 
@@ -62,7 +62,7 @@ def exact_posterior(
     Parameters
     ----------
     prior : Bingham
-        A single law, d ≤ 4.
+        A single distribution, d ≤ 4.
     log_likelihood : callable
         points (m, d) → log f(z | x) (m,), the same for x and −x. Ridges of rotations narrower than
         about 0.05 rad are slow or missed; `exact_vector_posterior` serves vectors.
@@ -74,9 +74,9 @@ def exact_posterior(
     ConvergenceError
         If 5e7 evaluations do not reach the tolerance.
     """
-    check_law(prior, "prior")
+    check_distribution(prior, "prior")
     if prior.shape or prior.dim not in INITIAL:
-        raise InvalidArgumentError("prior", "a single law of dimension 2, 3 or 4", repr(prior))
+        raise InvalidArgumentError("prior", "a single distribution of dimension 2, 3 or 4", repr(prior))
     n = prior.dim - 1
     nodes, weights = (np.asarray(a, dtype=np.float64) for a in np.polynomial.legendre.leggauss(ORDER))
     cell = np.stack(np.meshgrid(*[nodes] * n, indexing="ij"), axis=-1).reshape(-1, n)

@@ -54,14 +54,14 @@ def exact_vector_posterior(
 ) -> ExactPosterior:
     """Return moment and evidence of f(q | z) ∝ exp(log_likelihood(q ⊗ reference ⊗ q*)) f(q), q ~ `prior`, d = 4.
 
-    With q = q_r ⊗ exp(ψ reference/2), q_r any turn of the reference to r, the integral over ψ is a Bingham
+    With q = q_r ⊗ exp(ψ reference/2), q_r any rotation of the reference to r, the integral over ψ is a Bingham
     normaliser on a circle (a Bessel function), so that only r ∈ S² is left to quadrature: polar panels about
     `center`, refined until two rules agree. dq = dr dψ/8, ψ over 4π.
 
     Parameters
     ----------
     prior : Bingham
-        A single law.
+        A single distribution.
     reference : (3,) array_like
         Unit vector that is rotated.
     log_likelihood : callable
@@ -77,7 +77,7 @@ def exact_vector_posterior(
         If the finest rule does not reach the tolerance (a narrow prior away from `center`).
     """
     if prior.z.shape != (4,):
-        raise InvalidArgumentError("prior", "a single law of dimension 4", repr(prior))
+        raise InvalidArgumentError("prior", "a single distribution of dimension 4", repr(prior))
     n0, c = np.asarray(reference, dtype=np.float64), np.asarray(center, dtype=np.float64)
     c = c / np.linalg.norm(c)
     e = np.cross(c, np.eye(3)[int(np.argmin(np.abs(c)))])

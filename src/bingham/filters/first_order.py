@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 
 from bingham.distributions.arguments import described
 from bingham.distributions.bingham import Bingham
-from bingham.distributions.checks import check_law
+from bingham.distributions.checks import check_distribution
 from bingham.errors import InvalidArgumentError
 from bingham.filters.checks import check_measurement_noise, check_noise_side, check_process_noise
 from bingham.filters.gate import Gate
@@ -19,28 +19,29 @@ from bingham.filters.protocol import MISSING, UpdateInfo
 from bingham.filters.sequence import run_conjugate
 from bingham.filters.stepwise import run_rows
 from bingham.filters.track import Track
-from bingham.models.motion import Diffusion, Gyroscope, MotionModel, NoisyIdentity
+from bingham.models.motion import Diffusion, Gyroscope, MotionModel, RandomWalk
 from bingham.models.sensors import OrientationSensor, Sensor, condition
-from bingham.rotations import is_missing, plain
+from bingham.rotations import as_array, is_missing
 
 __all__ = ["BinghamFilter"]
 
 
 @dataclass(frozen=True)
 class BinghamFilter:
-    """Recursive estimation of an axis (d = 2) or a rotation (d = 4) with Bingham laws.
+    """Recursive estimation of an axis (d = 2) or a rotation (d = 4) with Bingham distributions.
 
     Parameters
     ----------
     process_noise : Bingham or MotionModel
-        A Bingham law w stands for x' = x ⊕ w once per step; `models.motion` has controls, gyroscopes, irregular time.
+        A Bingham distribution w stands for x' = x ⊕ w once per step; `models.motion` has controls, gyroscopes,
+        irregular time.
     measurement_noise : Bingham or Sensor
-        A Bingham law v stands for z = x ⊕ v; `models.sensors` has vectors and headings.
+        A Bingham distribution v stands for z = x ⊕ v; `models.sensors` has vectors and headings.
     noise_side : {"right", "left"}
-        Side on which noises given as Bingham laws act: "right" in the body frame (Kurz), "left" in the world frame
-        (Glover).
+        Side on which noises given as Bingham distributions act: "right" in the body frame (Kurz), "left" in the world
+        frame (Glover).
     gate : Gate, optional
-        Refuses measurements that prediction and noise cannot explain; without one every measurement is used.
+        Rejects measurements that prediction and noise cannot explain; without one every measurement is used.
 
     Examples
     --------
@@ -70,7 +71,7 @@ class BinghamFilter:
                 "gate", "a Gate", described(self.gate), f"write gate=Gate({self.gate})" if number else "Gate(0.999)"
             )
         put = object.__setattr__
-        put(self, "_motion", NoisyIdentity(w, left) if isinstance(w, Bingham) else w)
+        put(self, "_motion", RandomWalk(w, left) if isinstance(w, Bingham) else w)
         put(self, "_sensor", OrientationSensor(v, left) if isinstance(v, Bingham) else v)
         if isinstance(self.sensor, OrientationSensor) and self.sensor.noise.dim != self.motion.dim:
             raise InvalidArgumentError(
@@ -88,19 +89,19 @@ class BinghamFilter:
         return self._sensor  # type: ignore[attr-defined,no-any-return]
 
     def predict(self, state: Bingham, control: ArrayLike | Rotation | None = None, dt: float | None = None) -> Bingham:
-        """Law of x ⊕ u ⊕ w for x ~ `state`, w ~ the process noise (Kurz et al. 2014, eq. 47).
+        """Distribution of x ⊕ u ⊕ w for x ~ `state`, w ~ the process noise (Kurz et al. 2014, eq. 47).
 
         Parameters
         ----------
         state : Bingham
-            A single law.
+            A single distribution.
         control : (d,) or (3,) array_like or Rotation, optional
             Known rotation u, or the angular rate in rad/s for a `Gyroscope`.
         dt : float, optional
             Seconds, for motion models in continuous time; noise given once per step does not depend on it.
         """
-        check_law(state, "state")
-        return self.motion.propagate(state, None if control is None else plain(control), dt)
+        check_distribution(state, "state")
+        return self.motion.propagate(state, None if control is None else as_array(control), dt)
 
     def update(self, state: Bingham, z: ArrayLike | Rotation) -> tuple[Bingham, UpdateInfo]:
         """Posterior ∝ f(z | x) f(x): the sensor's likelihood matrix is added (Kurz et al. 2014, eq. 53).
@@ -108,29 +109,29 @@ class BinghamFilter:
         Parameters
         ----------
         state : Bingham
-            The prediction, a single law.
+            The prediction, a single distribution.
         z : array_like or Rotation
             The measurement, as the sensor takes it; for Bingham noise a unit vector (d,). NaN throughout if missing.
 
         Returns
         -------
         Bingham
-            The posterior, or `state` itself if the gate refuses or nothing was measured.
+            The posterior, or `state` itself if the gate rejects or nothing was measured.
         UpdateInfo
-            log_evidence = log F(A + L) − log F(A) − log F(noise), the gate's statistic, threshold, decision and reason.
+            log_evidence = log F(A + L) − log F(A) − log F(noise), the gate's NIS, threshold, decision and reason.
         """
-        check_law(state, "state")
-        z = plain(z)
+        check_distribution(state, "state")
+        z = as_array(z)
         if is_missing(z):
             return state, MISSING
         posterior, top, log_noise, rank = condition(state, self.sensor, z)
         log_evidence = float(posterior.log_normalizer + top - state.log_normalizer - log_noise)
         threshold = math.inf if self.gate is None else self.gate.threshold(rank)
-        statistic = -2.0 * top
-        if statistic > threshold:
-            reason = f"statistic {statistic:.4g} above {threshold:.4g}"
-            return state, UpdateInfo(log_evidence, statistic, threshold, False, reason)
-        return posterior, UpdateInfo(log_evidence, statistic, threshold, True, "")
+        nis = -2.0 * top
+        if nis > threshold:
+            reason = f"NIS {nis:.4g} above {threshold:.4g}"
+            return state, UpdateInfo(log_evidence, nis, threshold, False, reason)
+        return posterior, UpdateInfo(log_evidence, nis, threshold, True, "")
 
     def run(
         self,
@@ -150,7 +151,8 @@ class BinghamFilter:
         Parameters
         ----------
         prior : Bingham
-            The law before the first prediction; a batch (B,) for a batch of recordings, or one law for all.
+            The distribution before the first prediction; a batch (B,) for a batch of recordings, or one distribution
+            for all.
         measurements : (T, d) or (B, T, d) array_like, or Rotation
             Unit vectors, or (T, n) for a sensor that measures something else; a row of NaN is a missing measurement:
             the state is predicted only, its evidence is 0.
@@ -158,11 +160,11 @@ class BinghamFilter:
             Known rotation, or angular rate in rad/s: controls[k] acts from times[k − 1]
             (start_time for k = 0) to times[k].
         times : (T,) array_like, optional
-            Strictly increasing seconds, for motion in continuous time; gaps widen the law.
+            Strictly increasing seconds, for motion in continuous time; gaps widen the distribution.
         start_time : float, optional
             Time of the prior, s; the time of the first measurement unless given, so that nothing is predicted for it.
         keep : {"all", "last"}
-            Keep every law or only the last one.
+            Keep every distribution or only the last one.
 
         Returns
         -------
@@ -171,10 +173,8 @@ class BinghamFilter:
         """
         if keep not in ("all", "last"):
             raise InvalidArgumentError("keep", "'all' or 'last'", repr(keep))
-        check_law(prior, "prior", "the prior comes before the rows")
-        if isinstance(self.sensor, OrientationSensor) and isinstance(
-            self.motion, (NoisyIdentity, Diffusion, Gyroscope)
-        ):
+        check_distribution(prior, "prior", "the prior comes before the rows")
+        if isinstance(self.sensor, OrientationSensor) and isinstance(self.motion, (RandomWalk, Diffusion, Gyroscope)):
             return run_conjugate(
                 self.motion, self.sensor, self.gate, prior, measurements, controls, times, start_time, keep
             )

@@ -1,4 +1,4 @@
-"""A gate refuses measurements that the prediction and the sensor's noise together cannot explain."""
+"""A gate rejects measurements that the prediction and the sensor's noise together cannot explain."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ __all__ = ["Gate"]
 
 @dataclass(frozen=True)
 class Gate:
-    """Accept a measurement whose statistic stays below the χ² quantile of `probability`.
+    """Accept a measurement whose NIS stays below the χ² quantile of `probability`.
 
-    The statistic is −2 max_x log[f(x) f(z|x) / (max f · max f(z|·))] = −2 λ_max(A + L): what the best compromise
-    between prediction and measurement costs. For narrow laws it is the squared Mahalanobis distance of the innovation;
-    for wide ones it is smaller, so that a vague state never refuses.
+    The NIS is −2 max_x log[f(x) f(z|x) / (max f · max f(z|·))] = −2 λ_max(A + L): what the best compromise
+    between prediction and measurement costs. For narrow distributions it is the squared Mahalanobis distance of the
+    innovation; for wide ones it is smaller, so that a vague state never rejects.
 
     Parameters
     ----------
@@ -34,5 +34,5 @@ class Gate:
             raise InvalidArgumentError("probability", "a number in (0, 1)", self.probability)
 
     def threshold(self, rank: int) -> float:
-        """Return the largest statistic accepted for a likelihood of the given rank."""
+        """Return the largest NIS accepted for a likelihood of the given rank."""
         return float(chdtri(rank, 1.0 - self.probability))

@@ -17,7 +17,7 @@ from bingham.filters.checks import covariance_matrix, finite, unchecked
 from bingham.filters.protocol import Filter, State, each_step
 from bingham.rotations import unit_or_missing
 
-__all__ = ["GaussianState", "KalmanInfo", "KalmanTrack", "kalman_update", "mirrored", "put_moments", "run_steps"]
+__all__ = ["GaussianState", "KalmanInfo", "KalmanTrack", "align_to", "kalman_update", "put_moments", "run_steps"]
 
 FloatArray = NDArray[np.float64]
 
@@ -64,17 +64,17 @@ def put_moments(state: Any, mean: ArrayLike, covariance: ArrayLike) -> None:
 class KalmanInfo(NamedTuple):
     """What an update says about itself.
 
-    ``log_evidence`` (...): log N(innovation; 0, S), 0 where z is missing. ``statistic`` (...): innovationᵀ S⁻¹
+    ``log_evidence`` (...): log N(innovation; 0, S), 0 where z is missing. ``nis`` (...): innovationᵀ S⁻¹
     innovation, NaN where z is missing.
     """
 
     log_evidence: FloatArray
-    statistic: FloatArray
+    nis: FloatArray
 
     @property
     def accepted(self) -> NDArray[np.bool_]:
         """Which states (...) were updated: all but those of missing measurements."""
-        return ~np.isnan(self.statistic)
+        return ~np.isnan(self.nis)
 
     @property
     def reason(self) -> str:
@@ -95,7 +95,7 @@ class KalmanTrack(Generic[State]):
         return self.states.mode
 
 
-def mirrored(z: ArrayLike | Rotation, towards: FloatArray) -> FloatArray:
+def align_to(z: ArrayLike | Rotation, towards: FloatArray) -> FloatArray:
     """Return ±z (..., d), whichever is closer to ``towards`` (..., d) (Kurz et al. 2014, §7, modification 1)."""
     a = unit_or_missing(z, towards.shape[-1], "z")
     return np.where(np.sum(a * towards, axis=-1, keepdims=True) < 0.0, -a, a)
@@ -127,9 +127,9 @@ def kalman_update(
     I_KH = np.eye(mean.shape[-1]) - gain @ H
     # Joseph's form stays symmetric and positive semidefinite.
     P = I_KH @ covariance @ np.swapaxes(I_KH, -1, -2) + gain @ R @ np.swapaxes(gain, -1, -2)
-    statistic = np.einsum("...i,...i->...", e, np.linalg.solve(S, e[..., None])[..., 0])
-    log_evidence = -0.5 * (statistic + np.linalg.slogdet(S)[1] + m * np.log(2.0 * np.pi))
-    info = KalmanInfo(np.where(missing, 0.0, log_evidence), np.where(missing, np.nan, statistic))
+    nis = np.einsum("...i,...i->...", e, np.linalg.solve(S, e[..., None])[..., 0])
+    log_evidence = -0.5 * (nis + np.linalg.slogdet(S)[1] + m * np.log(2.0 * np.pi))
+    info = KalmanInfo(np.where(missing, 0.0, log_evidence), np.where(missing, np.nan, nis))
     return np.where(missing[..., None], moved, scaled), P, info
 
 

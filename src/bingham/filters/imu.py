@@ -12,7 +12,7 @@ from bingham.distributions.bingham import Bingham
 from bingham.errors import InvalidArgumentError
 from bingham.filters.imu_state import ImuState
 from bingham.filters.imu_track import ImuTrack
-from bingham.filters.tangent import covariance_of_law
+from bingham.filters.tangent import covariance_of_distribution
 from bingham.kernels import imu_state as at
 from bingham.kernels.imu import run as run_kernel
 from bingham.kernels.imu_smooth import smooth as smooth_kernel
@@ -36,12 +36,13 @@ FREE_FALL = "zeros are free fall, which shows no up: leave it out, as NaN in a r
 class ImuFilter:
     """Bingham orientation with Gaussian gyroscope bias, their correlation kept.
 
-    Orientation error θ (world axes), velocity, gyroscope bias b and accelerometer bias form one error state; θ's law is
-    read out as a Bingham law at any spread (`filters.tangent`). Gravity is found by integrating the accelerometer and
-    holding that a body's velocity stays bounded: as seen over seconds what remains is gravity. A magnetometer corrects
-    the heading only. At rest the gyroscope shows its bias. World axes are east, north, up; a resting accelerometer
-    reads +g upwards. One set of defaults serves all sensors tried; nothing has to be tuned first. What is stated as
-    uncertainty follows the corrections that the filter has to make (`kernels.imu_stated`), in calm and violent motion.
+    Orientation error θ (world axes), velocity, gyroscope bias b and accelerometer bias form one error state; θ's
+    distribution is read out as a Bingham distribution at any spread (`filters.tangent`). Gravity is found by
+    integrating the accelerometer and holding that a body's velocity stays bounded: as seen over seconds what remains
+    is gravity. A magnetometer corrects the heading only. At rest the gyroscope shows its bias. World axes are east,
+    north, up; a resting accelerometer reads +g upwards. One set of defaults serves all sensors tried; nothing has to
+    be tuned first. What is reported as uncertainty follows the corrections that the filter has to make
+    (`kernels.imu_reported`), in calm and violent motion.
 
     Parameters
     ----------
@@ -74,11 +75,11 @@ class ImuFilter:
     magnetometer_error : float
         Typical error of the heading in an undisturbed place, rad.
     magnetometer_time : float
-        Seconds over which that error persists. More: slower towards north, less turned by disturbances.
+        Seconds over which that error persists. More: slower towards north, less rotated by disturbances.
     field_memory : float
         Seconds over which the expected field (strength and dip) adapts while it is believed.
     field_limit : float
-        Heading error, rad, to be feared from the visible disturbance beyond which a sample is refused.
+        Heading error, rad, to be feared from the visible disturbance beyond which a sample is rejected.
     new_field_time : float
         Seconds of motion in a steady field after which it becomes the expected one.
     gravity : float
@@ -92,7 +93,7 @@ class ImuFilter:
         low-pass filter; a third of it is taken to be unknown. 0 for simulated sensors.
     alignment_error : float
         Error of the sensor's axes against the body's under 1 g, rad; it grows with the force. It changes what is
-        stated, not the estimate. 0 for simulated sensors.
+        reported, not the estimate. 0 for simulated sensors.
 
     Examples
     --------
@@ -138,14 +139,14 @@ class ImuFilter:
         for field in fields(self):
             value = getattr(self, field.name)
             if not isinstance(value, (int, float, np.floating)):
-                remedy = "give recordings to run: ImuFilter().run(recording)" * isinstance(value, ImuRecording)
-                raise InvalidArgumentError(field.name, "a finite number", type(value).__name__, remedy)
+                hint = "give recordings to run: ImuFilter().run(recording)" * isinstance(value, ImuRecording)
+                raise InvalidArgumentError(field.name, "a finite number", type(value).__name__, hint)
             if not math.isfinite(value):
                 raise InvalidArgumentError(field.name, "a finite number", value)
             if field.name == "declination":
                 if abs(value) > math.pi:
-                    remedy = f"degrees? declination=np.radians({value:g})"
-                    raise InvalidArgumentError("declination", "an angle in rad, from -π to π", value, remedy)
+                    hint = f"degrees? declination=np.radians({value:g})"
+                    raise InvalidArgumentError("declination", "an angle in rad, from -π to π", value, hint)
                 continue
             if value < 0.0 or (value == 0.0 and field.name not in MAY_BE_ZERO):
                 raise InvalidArgumentError(field.name, "a positive number", value)
@@ -163,29 +164,33 @@ class ImuFilter:
         accelerometer : (3,) array_like
             Specific force, m/s²; its direction is up within about 6°, and further off the more its size differs from g.
         prior : Bingham, optional
-            Law of the orientation before; uniform unless given. A girdle about the vertical says "tilt known, heading
-            not".
+            Distribution of the orientation before; uniform unless given. A girdle about the vertical says "tilt known,
+            heading not".
         """
         check_start(prior, None)
-        law = Bingham.uniform(4) if prior is None else prior
-        if law.dim != 4 or law.shape:
-            raise InvalidArgumentError("prior", "a single law of rotations, d = 4", f"d = {law.dim}, {law.shape}")
+        distribution = Bingham.uniform(4) if prior is None else prior
+        if distribution.dim != 4 or distribution.shape:
+            raise InvalidArgumentError(
+                "prior", "a single distribution of rotations, d = 4", f"d = {distribution.dim}, {distribution.shape}"
+            )
         force = np.asarray(accelerometer, dtype=np.float64)
         norm = float(np.linalg.norm(force))
         if force.shape != (3,) or not (math.isfinite(norm) and norm > 0.0):
-            remedy = FREE_FALL if norm == 0.0 else ""
-            raise InvalidArgumentError("accelerometer", "a finite non-zero vector (3,)", accelerometer, remedy)
-        # A linear acceleration that changes the size by a share of g turns the direction by about as much, rad.
+            hint = FREE_FALL if norm == 0.0 else ""
+            raise InvalidArgumentError("accelerometer", "a finite non-zero vector (3,)", accelerometer, hint)
+        # A linear acceleration that changes the size by a share of g rotates the direction by about as much, rad.
         excess = norm - self.gravity
         tilt2 = FIRST_TILT**2 + (excess / self.gravity) ** 2
         swing2 = FIRST_SWING**2 + (SWING_PERIOD * excess) ** 2
-        seen = _least_turn(Bingham.from_matrix(law.matrix + davenport_matrix([0.0, 0.0, 1.0], force / norm) / tilt2))
+        seen = _least_turn(
+            Bingham.from_matrix(distribution.matrix + davenport_matrix([0.0, 0.0, 1.0], force / norm) / tilt2)
+        )
         state = self.blank()
         state.values[at.Q : at.Q + 4] = seen.mode
         state.values[at.ALIGNED] = -1.0
         state.values[at.SWING_POWER] = swing2
         p = state.covariance
-        p[:3, :3] = covariance_of_law(seen)
+        p[:3, :3] = covariance_of_distribution(seen)
         p[range(3, 6), range(3, 6)] = swing2
         p[range(6, 9), range(6, 9)] = self.gyroscope_bias**2
         p[range(9, 12), range(9, 12)] = self.accelerometer_bias**2
@@ -203,7 +208,7 @@ class ImuFilter:
         recording : ImuRecording
             With accelerometer; without magnetometer the heading is relative to the prior and its variance grows.
         prior : Bingham, optional
-            Law of the orientation before the first accelerometer sample; uniform unless given.
+            Distribution of the orientation before the first accelerometer sample; uniform unless given.
         state : ImuState, optional
             Continue from here (``track.final`` of the recording before).
 
@@ -298,13 +303,13 @@ MAY_BE_ZERO = {
 
 
 def check_start(prior: object, state: object) -> None:
-    """Refuse a prior that is no law and a state that is none."""
+    """Reject a prior that is no distribution and a state that is none."""
     if prior is not None and not isinstance(prior, Bingham):
-        remedy = "about an orientation q: Bingham.from_covariance(q, covariance, frame=...)"
-        raise InvalidArgumentError("prior", "a Bingham law of the orientation", type(prior).__name__, remedy)
+        hint = "about an orientation q: Bingham.from_covariance(q, covariance, frame=...)"
+        raise InvalidArgumentError("prior", "a Bingham distribution of the orientation", type(prior).__name__, hint)
     if state is not None and not isinstance(state, ImuState):
-        remedy = "ImuState.from_json(text)" if isinstance(state, str) else "track.final, or stream.state"
-        raise InvalidArgumentError("state", "an ImuState", type(state).__name__, remedy)
+        hint = "ImuState.from_json(text)" if isinstance(state, str) else "track.final, or stream.state"
+        raise InvalidArgumentError("state", "an ImuState", type(state).__name__, hint)
 
 
 def _first(force: FloatArray | None) -> FloatArray:
@@ -319,13 +324,13 @@ def _first(force: FloatArray | None) -> FloatArray:
     return force[known[0]]
 
 
-def _least_turn(law: Bingham) -> Bingham:
-    """Give a girdle (heading unknown) the orientation nearest to the identity as its mode; keep other laws."""
-    span = law.M[:, 2:]
+def _least_turn(distribution: Bingham) -> Bingham:
+    """Give a girdle (heading unknown) the orientation nearest to the identity as its mode; keep other distributions."""
+    span = distribution.M[:, 2:]
     turn = span @ span[0]
     norm = float(np.linalg.norm(turn))
-    if law.z[2] < -1e-6 or norm < 1e-3:
-        return law
+    if distribution.z[2] < -1e-6 or norm < 1e-3:
+        return distribution
     mode = turn / norm
     other = span @ np.array([-span[0, 1], span[0, 0]]) / norm
-    return Bingham.from_spectrum(np.array(law.z), np.column_stack([law.M[:, :2], other, mode]))
+    return Bingham.from_spectrum(np.array(distribution.z), np.column_stack([distribution.M[:, :2], other, mode]))

@@ -15,10 +15,10 @@ from bingham.errors import InvalidArgumentError
 from bingham.filters.imu import FREE_FALL, ImuFilter, check_start
 from bingham.filters.imu_state import ImuState
 from bingham.filters.imu_track import MAGNETOMETER_CODES, UNIFORM_INCLINATION, UNIFORM_VARIANCE, bounded
-from bingham.filters.tangent import law_of_covariance
+from bingham.filters.tangent import distribution_of_covariance
 from bingham.kernels import imu_state as at
+from bingham.kernels.imu_reported import reported
 from bingham.kernels.imu_samples import accelerate, due, magnetize, output, rotate
-from bingham.kernels.imu_stated import stated
 from bingham.kernels.imu_update import update
 
 __all__ = ["ImuStream"]
@@ -40,7 +40,7 @@ class ImuStream:
     filter : ImuFilter, optional
         Parameters; the defaults unless given.
     prior : Bingham, optional
-        Law of the orientation before the first accelerometer sample; uniform unless given.
+        Distribution of the orientation before the first accelerometer sample; uniform unless given.
     state : ImuState, optional
         Continue from here (`state` of another stream, `ImuTrack.final`).
 
@@ -118,18 +118,18 @@ class ImuStream:
         return q
 
     @property
-    def law(self) -> Bingham:
-        """Bingham law of the orientation now; the prior before the first accelerometer sample."""
+    def distribution(self) -> Bingham:
+        """Bingham distribution of the orientation now; the prior before the first accelerometer sample."""
         if not self.started:
             return Bingham.uniform(4) if self._prior is None else self._prior
-        return law_of_covariance(self.orientation, self._stated())
+        return distribution_of_covariance(self.orientation, self._reported())
 
     @frame_required
     def covariance(self, *, frame: Literal["body", "world"]) -> FloatArray:
         """Return the covariance (3, 3) of the rotation error, rad²; an unknown angle has the variance π²/3."""
         if frame not in ("body", "world"):
             raise InvalidArgumentError("frame", "'body' or 'world'", repr(frame), "name the axes of the small rotation")
-        c = bounded(self._stated())
+        c = bounded(self._reported())
         if frame == "world":
             return c
         rotation = np.empty((3, 3))
@@ -151,14 +151,14 @@ class ImuStream:
     @property
     def heading_std(self) -> float:
         """Standard deviation of the heading, rad; π/√3 at most, which is an unknown heading."""
-        return math.sqrt(min(self._stated()[2, 2], UNIFORM_VARIANCE)) if self.started else math.nan
+        return math.sqrt(min(self._reported()[2, 2], UNIFORM_VARIANCE)) if self.started else math.nan
 
     @property
     def inclination_std(self) -> float:
         """Root mean square of the inclination error, rad."""
         if not self.started:
             return math.nan
-        c = self._stated()
+        c = self._reported()
         return math.sqrt(min(c[0, 0] + c[1, 1], UNIFORM_INCLINATION))
 
     @property
@@ -182,9 +182,9 @@ class ImuStream:
         """A copy of everything the filter knows; a stream made from it goes on identically."""
         return self._state.copy()
 
-    def _stated(self) -> FloatArray:
+    def _reported(self) -> FloatArray:
         c = np.empty((3, 3))
-        stated(self._state.values, self._state.covariance, self._parameters, self.orientation, c)
+        reported(self._state.values, self._state.covariance, self._parameters, self.orientation, c)
         return c
 
     def _step(self, sensor: int, time: float) -> float:

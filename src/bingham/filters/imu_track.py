@@ -12,8 +12,8 @@ from scipy.special import ndtr
 from bingham.distributions.bingham import Bingham
 from bingham.distributions.uncertainty import frame_required
 from bingham.errors import InvalidArgumentError
-from bingham.filters.tangent import law_of_covariance
-from bingham.rotations import continuous, rotate
+from bingham.filters.tangent import distribution_of_covariance
+from bingham.rotations import align_signs, rotate
 
 if TYPE_CHECKING:
     from bingham.filters.imu_state import ImuState
@@ -58,9 +58,9 @@ class ImuTrack:
         Most probable orientation (w, x, y, z), body to world (east, north, up); NaN before the first accelerometer
         sample.
     rotation_covariance : (N, 3, 3) ndarray
-        World axes, rad²: the covariance of the rotation error with no bound, as the laws are made of it; an unknown
-        heading has a variance of 20 rad² or more. To read, ``covariance(frame=...)`` is its bounded form. NaN before
-        the first accelerometer sample, like `modes`.
+        World axes, rad²: the covariance of the rotation error with no bound, as the distributions are made of it; an
+        unknown heading has a variance of 20 rad² or more. To read, ``covariance(frame=...)`` is its bounded form. NaN
+        before the first accelerometer sample, like `modes`.
     bias, bias_std : (N, 3) ndarray
         Gyroscope bias and its standard deviations, rad/s, body axes.
     rest : (N,) ndarray of bool
@@ -77,7 +77,7 @@ class ImuTrack:
     smoothed : bool
         Whether the estimates use the whole recording.
     prior : Bingham, optional
-        Law of the orientation before the first accelerometer sample; uniform unless given.
+        Distribution of the orientation before the first accelerometer sample; uniform unless given.
     """
 
     time: FloatArray
@@ -97,18 +97,18 @@ class ImuTrack:
         return len(self.time)
 
     @property
-    def continuous_modes(self) -> FloatArray:
+    def aligned_modes(self) -> FloatArray:
         """Modes (N, 4) with signs chosen so that neighbours agree."""
-        return continuous(self.modes)
+        return align_signs(self.modes)
 
     @property
-    def laws(self) -> Bingham:
-        """Bingham law of every orientation, a batch (N,): narrow, a girdle (heading unknown) or anything between.
+    def distributions(self) -> Bingham:
+        """Distribution of every orientation, a batch (N,): narrow, a girdle (heading unknown) or anything between.
 
         Before the first accelerometer sample it is the prior.
         """
         known = np.isfinite(self.modes[:, 0])
-        found = law_of_covariance(self.modes[known], self.rotation_covariance[known])
+        found = distribution_of_covariance(self.modes[known], self.rotation_covariance[known])
         if known.all():
             return found
         before = Bingham.uniform(4) if self.prior is None else self.prior
@@ -118,13 +118,13 @@ class ImuTrack:
 
     @property
     def matrices(self) -> FloatArray:
-        """A = M diag(z) Mᵀ (N, 4, 4) of `laws`."""
-        return self.laws.matrix
+        """A = M diag(z) Mᵀ (N, 4, 4) of `distributions`."""
+        return self.distributions.matrix
 
     @property
     def concentrations(self) -> FloatArray:
-        """Z (N, 4) of `laws`, ascending."""
-        return self.laws.z
+        """Z (N, 4) of `distributions`, ascending."""
+        return self.distributions.z
 
     @property
     def heading_std(self) -> FloatArray:
@@ -137,7 +137,7 @@ class ImuTrack:
             raise InvalidArgumentError("p", "a probability between 0 and 1", p)
         sigma = np.sqrt(self.rotation_covariance[:, 2, 2])
         low, high = np.zeros_like(sigma), np.full_like(sigma, np.pi)
-        # Beyond 4 rad the wrapped normal law is uniform within e^{-8}.
+        # Beyond 4 rad the wrapped normal distribution is uniform within e^{-8}.
         turns = 2.0 * np.pi * np.arange(-3, 4)[:, None]
         for _ in range(50):
             middle = 0.5 * (low + high)

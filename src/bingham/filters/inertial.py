@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bingham.distributions.bingham import Bingham
-from bingham.distributions.checks import check_law
+from bingham.distributions.checks import check_distribution
 from bingham.errors import InvalidArgumentError
 from bingham.filters.gate import Gate
 from bingham.filters.track import Track
@@ -27,12 +27,12 @@ FloatArray = NDArray[np.float64]
 class InertialState:
     """All an inertial filter carries from sample to sample; saving it and going on gives the identical track.
 
-    ``law``: of the orientation, body → world. ``time``: of the last sample, s. ``average``: state of the averaged
-    specific force. ``magnetometer`` (3,): the last row, by which repeated rows are known. ``pace`` (4,): the usual
-    step, s, and the last rate, rad/s, by which gaps are known.
+    ``distribution``: of the orientation, body → world. ``time``: of the last sample, s. ``average``: state of the
+    averaged specific force. ``magnetometer`` (3,): the last row, by which repeated rows are known. ``pace`` (4,): the
+    usual step, s, and the last rate, rad/s, by which gaps are known.
     """
 
-    law: Bingham
+    distribution: Bingham
     time: float
     average: FloatArray
     magnetometer: FloatArray
@@ -41,25 +41,25 @@ class InertialState:
     @property
     def mode(self) -> FloatArray:
         """Most probable orientation (4,)."""
-        return self.law.mode
+        return self.distribution.mode
 
 
 @dataclass(frozen=True, eq=False)
 class InertialTrack(Track):
-    """A `Track` whose ``statistic`` and ``decision`` are (T, 2): gravity, heading; ``state`` continues it."""
+    """A `Track` whose ``nis`` and ``decision`` are (T, 2): gravity, heading; ``state`` continues it."""
 
     state: InertialState = field(kw_only=True)
 
     @property
     def accepted(self) -> NDArray[np.bool_]:
-        """Samples none of whose measurements was refused (T,)."""
+        """Samples none of whose measurements was rejected (T,)."""
         return np.asarray(np.all(self.decision != 0, axis=-1))
 
     def reasons(self) -> list[str]:
-        """Why something of each sample was refused; empty where nothing was."""
+        """Why something of each sample was rejected; empty where nothing was."""
         words = [""] * len(self)
         for i, j in zip(*np.nonzero(self.decision == 0), strict=True):
-            words[i] += f"{('gravity', 'heading')[j]}: statistic {self.statistic[i, j]:.4g} above the gate; "
+            words[i] += f"{('gravity', 'heading')[j]}: NIS {self.nis[i, j]:.4g} above the gate; "
         return [w.removesuffix("; ") for w in words]
 
 
@@ -67,9 +67,9 @@ class InertialTrack(Track):
 class InertialFilter:
     """Orientation from a gyroscope, an accelerometer and, where present, a magnetometer.
 
-    The gyroscope turns the law and diffuses it; the specific force, averaged in a frame the gyroscope holds still, adds
-    Davenport's matrix of the vertical; the field adds its heading and leaves the inclination alone. Each step is exact
-    within the Bingham family. The gyroscope's bias is not estimated: see `ImuFilter` for that.
+    The gyroscope rotates the distribution and diffuses it; the specific force, averaged in a frame the gyroscope holds
+    still, adds Davenport's matrix of the vertical; the field adds its heading and leaves the inclination alone. Each
+    step is exact within the Bingham family. The gyroscope's bias is not estimated: see `ImuFilter` for that.
 
     Parameters
     ----------
@@ -78,7 +78,7 @@ class InertialFilter:
         default covers uncorrected biases of a few tenths of a degree per second.
     gravity_noise_density : float
         rad/√Hz: white noise of the averaged vertical's direction; with σ it sets the time constant
-        gravity_noise_density/σ with which the law follows it.
+        gravity_noise_density/σ with which the distribution follows it.
     heading_noise_density : float
         rad/√Hz: white noise of the magnetic heading; likewise.
     averaging_time : float
@@ -87,7 +87,7 @@ class InertialFilter:
     declination : float
         rad: angle from geographic to magnetic north, positive to the east.
     gate : Gate or None
-        Refuses single measurements that prediction and noise cannot explain.
+        Rejects single measurements that prediction and noise cannot explain.
 
     Examples
     --------
@@ -121,20 +121,22 @@ class InertialFilter:
         Parameters
         ----------
         recording : ImuRecording
-            Irregular times are used as they are. Over a gap (of five usual steps, or of 0.25 s) the law widens by what
-            the rate may have been.
+            Irregular times are used as they are. Over a gap (of five usual steps, or of 0.25 s) the distribution
+            widens by what the rate may have been.
         prior : Bingham or InertialState, optional
-            Law of the first orientation (uniform unless given), or the ``state`` of a track to go on from.
+            Distribution of the first orientation (uniform unless given), or the ``state`` of a track to go on from.
 
         Returns
         -------
         InertialTrack
         """
         state = prior if isinstance(prior, InertialState) else None
-        law = prior.law if isinstance(prior, InertialState) else Bingham.uniform(4) if prior is None else prior
-        check_law(law, "prior")
-        if law.dim != 4 or law.shape:
-            raise InvalidArgumentError("prior", "a single law of rotations", repr(law))
+        distribution = (
+            prior.distribution if isinstance(prior, InertialState) else Bingham.uniform(4) if prior is None else prior
+        )
+        check_distribution(distribution, "prior")
+        if distribution.dim != 4 or distribution.shape:
+            raise InvalidArgumentError("prior", "a single distribution of rotations", repr(distribution))
         time = np.array(recording.time)
         steps = np.diff(time, prepend=time[:1] if state is None else state.time)
         if state is not None and not steps[0] > 0.0:
@@ -157,9 +159,9 @@ class InertialFilter:
             repeated = np.all(field_rows == np.concatenate([before[None], field_rows[:-1]]), axis=1)
             last_row = field_rows[-1].copy()
             field_rows[repeated] = np.nan
-        z, frame = np.array(law.z), np.array(law.M.T, order="C")
+        z, frame = np.array(distribution.z), np.array(distribution.M.T, order="C")
         out_z, out_frames = np.empty((count, 4)), np.empty((count, 4, 4))
-        evidence, statistic = np.empty(count), np.empty((count, 2))
+        evidence, nis = np.empty(count), np.empty((count, 2))
         decision = np.empty((count, 2), dtype=np.int8)
         limits = [math.inf if self.gate is None else self.gate.threshold(rank) for rank in (2, 1)]
         run_inertial(
@@ -180,7 +182,7 @@ class InertialFilter:
             out_z,
             out_frames,
             evidence,
-            statistic,
+            nis,
             decision,
         )
         end = Bingham.from_spectrum(out_z[-1].copy(), out_frames[-1].copy())
@@ -189,7 +191,7 @@ class InertialFilter:
             out_z,
             out_frames,
             evidence,
-            statistic,
+            nis,
             decision,
             threshold=limits[0],
             state=InertialState(end, float(time[-1]), average, last_row, pace),

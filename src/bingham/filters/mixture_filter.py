@@ -11,22 +11,22 @@ from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 from scipy.special import logsumexp
 
-from bingham.distributions.arguments import whole_number
+from bingham.distributions.arguments import integer
 from bingham.distributions.bingham import Bingham
-from bingham.distributions.checks import check_law, check_mixture
+from bingham.distributions.checks import check_distribution, check_mixture
 from bingham.distributions.mixture import BinghamMixture, log_area
 from bingham.errors import InvalidArgumentError
 from bingham.filters.checks import check_measurement_noise, check_noise_side, check_process_noise
 from bingham.filters.protocol import MISSING, UpdateInfo
-from bingham.models.motion import MotionModel, NoisyIdentity
+from bingham.models.motion import MotionModel, RandomWalk
 from bingham.models.sensors import OrientationSensor, Sensor, condition
-from bingham.rotations import is_missing, numbers, plain
+from bingham.rotations import as_array, as_numbers, is_missing
 
 __all__ = ["MixtureFilter", "ambiguous_noise"]
 
 
 def ambiguous_noise(noise: Bingham, symmetries: ArrayLike) -> BinghamMixture:
-    """Return the law of g ⊕ v, g uniform on `symmetries` (m, d): the noise of a sensor that cannot tell x from x ⊕ g.
+    """Return the distribution of g ⊕ v, g uniform on `symmetries` (m, d): noise of a sensor that confuses x and x ⊕ g.
 
     Examples
     --------
@@ -37,10 +37,12 @@ def ambiguous_noise(noise: Bingham, symmetries: ArrayLike) -> BinghamMixture:
     >>> ambiguous_noise(v, [[1.0, 0, 0, 0], [0, 0, 0, 1.0]]).size
     2
     """
-    check_law(noise, "noise")
-    g = numbers(symmetries, "symmetries")
+    check_distribution(noise, "noise")
+    g = as_numbers(symmetries, "symmetries")
     if g.ndim != 2 or noise.shape or g.shape[1] != noise.dim:
-        raise InvalidArgumentError("symmetries", f"unit rows, shape (m, {noise.dim}), with one noise law", g.shape)
+        raise InvalidArgumentError(
+            "symmetries", f"unit rows, shape (m, {noise.dim}), with one noise distribution", g.shape
+        )
     return BinghamMixture(np.full(len(g), 1.0 / len(g)), noise.rotate(left=g))
 
 
@@ -56,7 +58,7 @@ class MixtureFilter:
         A mixture v stands for z = x ⊕ v: symmetric objects (`ambiguous_noise`), sensors with several failure modes,
         and by its background for outliers anywhere.
     noise_side : {"right", "left"}
-        Side on which noises given as laws act.
+        Side on which noises given as distributions act.
     max_components : int
         The posterior is merged down to this many (`BinghamMixture.reduce`).
     min_weight : float
@@ -86,13 +88,13 @@ class MixtureFilter:
         check_noise_side(self.noise_side)
         check_process_noise(self.process_noise)
         check_measurement_noise(self.measurement_noise, mixtures=True)
-        whole_number(self.max_components, "max_components", 1)
+        integer(self.max_components, "max_components", 1)
 
     @property
     def motion(self) -> MotionModel:
         """The motion model."""
         w = self.process_noise
-        return NoisyIdentity(w, self.noise_side == "left") if isinstance(w, Bingham) else w
+        return RandomWalk(w, self.noise_side == "left") if isinstance(w, Bingham) else w
 
     def _sensors(self) -> tuple[list[Sensor], list[float], float]:
         """Return the sensors, their weights and the weight of outliers."""
@@ -107,7 +109,7 @@ class MixtureFilter:
     ) -> BinghamMixture:
         """Move every component by the motion model; a uniform background stays uniform."""
         check_mixture(state, "state")
-        control = None if control is None else plain(control)
+        control = None if control is None else as_array(control)
         moved = [self.motion.propagate(state.components[k], control, dt) for k in range(state.size)]
         return BinghamMixture(state.weights, _batch(moved), state.background)
 
@@ -123,19 +125,19 @@ class MixtureFilter:
         BinghamMixture
             The posterior.
         UpdateInfo
-            Its log_evidence is exact, before dropping and merging; the statistic is the least one of all hypotheses.
+            Its log_evidence is exact, before dropping and merging; the NIS is the smallest one of all hypotheses.
         """
         check_mixture(state, "state")
-        z = plain(z)
+        z = as_array(z)
         if is_missing(z):
             return state, MISSING
         sensors, shares, outliers = self._sensors()
-        laws, weights = state.laws()
+        distributions, weights = state.distributions()
         found: list[Bingham] = []
         logs: list[float] = []
-        statistic = math.inf
+        nis = math.inf
         for k in range(len(weights)):
-            prior = laws[k]
+            prior = distributions[k]
             for sensor, share in zip(sensors, shares, strict=True):
                 if weights[k] == 0.0 or share == 0.0:
                     continue
@@ -145,7 +147,7 @@ class MixtureFilter:
                     math.log(weights[k] * share)
                     + float(posterior.log_normalizer + top - prior.log_normalizer - log_noise)
                 )
-                statistic = min(statistic, -2.0 * top)
+                nis = min(nis, -2.0 * top)
         background = -math.inf
         if outliers > 0.0:
             level = math.log(outliers) - log_area(state.dim)
@@ -157,8 +159,11 @@ class MixtureFilter:
         evidence = float(np.asarray(logsumexp([*logs, background])))
         mixture = BinghamMixture(np.exp(np.array(logs) - evidence), _batch(found), math.exp(background - evidence))
         small = mixture.prune(self.min_weight).merge(self.merge_cost).reduce(self.max_components)
-        return small, UpdateInfo(evidence, statistic, math.inf, True, "")
+        return small, UpdateInfo(evidence, nis, math.inf, True, "")
 
 
-def _batch(laws: list[Bingham]) -> Bingham:
-    return Bingham.from_spectrum(np.stack([law.z for law in laws]), np.stack([law.M for law in laws]))
+def _batch(distributions: list[Bingham]) -> Bingham:
+    return Bingham.from_spectrum(
+        np.stack([distribution.z for distribution in distributions]),
+        np.stack([distribution.M for distribution in distributions]),
+    )

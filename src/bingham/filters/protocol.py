@@ -1,7 +1,7 @@
 """What all recursive filters of the package share, so that one study or one loop runs any of them.
 
 Missing measurements: a z that is NaN throughout was not measured. `Filter.update` returns the state as it is, with
-log_evidence 0, accepted False and reason "missing"; a z that is NaN in part is refused. In a batch (or among several
+log_evidence 0, accepted False and reason "missing"; a z that is NaN in part is rejected. In a batch (or among several
 interpretations) that holds for every row.
 
 Time: ``dt`` is the length of the step in seconds. Motion in continuous time (`Diffusion`, `Gyroscope`, users'
@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.transform import Rotation
 
 from bingham.errors import InvalidArgumentError
-from bingham.rotations import plain
+from bingham.rotations import as_array
 
 __all__ = ["MISSING", "Filter", "HasMode", "Info", "UpdateInfo", "each_step"]
 
@@ -46,14 +46,14 @@ class UpdateInfo(NamedTuple):
     """What an update says about itself.
 
     ``log_evidence``: log f(z | past), a density with respect to the measurement's own surface measure.
-    ``statistic``: −2 log of the best joint density of prior and likelihood relative to their maxima; χ² with as many
-    degrees of freedom as the likelihood has rank when the law is narrow; NaN where z is missing. ``threshold``: what
-    the gate allows (infinite without a gate). ``accepted``: whether the state was updated. ``reason``: why not, in
-    words; empty otherwise.
+    ``nis``: −2 log of the best joint density of prior and likelihood relative to their maxima; χ² with as many
+    degrees of freedom as the likelihood has rank when the distribution is narrow; NaN where z is missing.
+    ``threshold``: what the gate allows (infinite without a gate). ``accepted``: whether the state was updated.
+    ``reason``: why not, in words; empty otherwise.
     """
 
     log_evidence: float
-    statistic: float
+    nis: float
     threshold: float
     accepted: bool
     reason: str
@@ -124,11 +124,11 @@ def each_step(
     0.638 missing
     0.788 seen
     """
-    z = np.asarray(plain(measurements), dtype=np.float64)
+    z = np.asarray(as_array(measurements), dtype=np.float64)
     if z.ndim < 2:
         raise InvalidArgumentError("measurements", "shape (..., T, n), one row for each step", z.shape)
     length = z.shape[-2]
-    u = None if controls is None else np.asarray(plain(controls), dtype=np.float64)
+    u = None if controls is None else np.asarray(as_array(controls), dtype=np.float64)
     if u is not None and (u.ndim < 2 or u.shape[-2] != length):
         raise InvalidArgumentError("controls", f"{length} rows, one for each measurement", f"shape {u.shape}")
     dt = None if steps is None else np.asarray(steps, dtype=np.float64)

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.transform import Rotation
 
 from bingham.filters.checks import check_noise_side, check_state, noise_covariance, unchecked
-from bingham.filters.gaussian import GaussianState, KalmanInfo, KalmanTrack, kalman_update, mirrored, run_steps
+from bingham.filters.gaussian import GaussianState, KalmanInfo, KalmanTrack, align_to, kalman_update, run_steps
 from bingham.rotations import left_matrix, right_matrix, unit_rows
 
 __all__ = ["QuaternionEkf", "noise_about", "projection_jacobian"]
@@ -73,7 +73,7 @@ class QuaternionEkf:
     def predict(
         self, state: GaussianState, control: ArrayLike | Rotation | None = None, dt: float | None = None
     ) -> GaussianState:
-        """Return the state one step later, turned by the control u (..., 4); w is per step, whatever ``dt``."""
+        """Return the state one step later, rotated by the control u (..., 4); w is per step, whatever ``dt``."""
         check_state(state, GaussianState, 4)
         left = self.noise_side == "left"
         mean, covariance = state.mean, state.covariance
@@ -97,7 +97,7 @@ class QuaternionEkf:
         unit, H = projection_jacobian(state.mean)
         if self.rotate_noise:
             noise = noise_about(unit, noise, self.noise_side == "left")
-        mean, P, info = kalman_update(state.mean, state.covariance, mirrored(z, unit) - unit, H, noise)
+        mean, P, info = kalman_update(state.mean, state.covariance, align_to(z, unit) - unit, H, noise)
         return unchecked(GaussianState, mean=mean, covariance=P), info
 
     def run(

@@ -13,13 +13,13 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.transform import Rotation
 
 from bingham.distributions.bingham import Bingham
-from bingham.distributions.checks import check_law
+from bingham.distributions.checks import check_distribution
 from bingham.errors import ConvergenceError, InvalidArgumentError
 from bingham.filters.checks import check_noise_side
 from bingham.filters.sequence import time_steps
 from bingham.filters.track import Track
 from bingham.filters.user_functions import checked_log_likelihood, checked_motion
-from bingham.rotations import is_missing, left_matrix, missing_rows, plain, right_matrix, unit_rows
+from bingham.rotations import as_array, is_missing, left_matrix, missing_rows, right_matrix, unit_rows
 from bingham.sampling.protocol import Sampler
 from bingham.sampling.riemannian import RiemannianSampling
 
@@ -29,8 +29,8 @@ FloatArray = NDArray[np.float64]
 Motion = Callable[[FloatArray, Any, Any], ArrayLike]
 LogLikelihood = Callable[[Any, FloatArray], ArrayLike]
 
-# More fractions than a law with its full dimension needs: each raises the information by a factor. Samples that have
-# collapsed onto a smaller sphere (see `floored`) may need ever more; the last fraction takes what remains.
+# More fractions than a distribution with its full dimension needs: each raises the information by a factor. Samples
+# that have collapsed onto a smaller sphere (see `clamped`) may need ever more; the last fraction takes what remains.
 MAX_FRACTIONS = 500
 
 
@@ -39,7 +39,7 @@ class SampledUpdateInfo(NamedTuple):
 
     ``log_evidence``: log Σ w f(z|x), of all fractions together. ``effective_sample_size``: 1/Σ ŵ² with the weights ŵ
     after the update, sum 1; the smallest of all fractions, near 1 when the update rests on a single sample.
-    ``fractions``: the powers of the likelihood that were fused one after the other, sum 1. ``floored``: whether
+    ``fractions``: the powers of the likelihood that were fused one after the other, sum 1. ``clamped``: whether
     samples left an axis with less than `least_moment`, which was put in its place. ``accepted``, ``reason``: False and
     "missing" where z is missing, with evidence 0 and no effective sample size.
     """
@@ -47,14 +47,14 @@ class SampledUpdateInfo(NamedTuple):
     log_evidence: float
     effective_sample_size: float
     fractions: tuple[float, ...]
-    floored: bool
+    clamped: bool
     accepted: bool = True
     reason: str = ""
 
 
 @dataclass(frozen=True)
 class SampledFilter:
-    """Bingham filter for x' = a(x) ⊕ w and any f(z | x): laws are sampled, samples moved or weighed, and refitted.
+    """Bingham filter for x' = a(x) ⊕ w and any f(z | x): they are sampled, moved or weighed, and refitted.
 
     With `Unscented` it is the unscented Bingham filter, with `RiemannianSampling` that of Li et al. 2019, with
     `RandomSampling` a Bingham particle filter; ``progressive=True`` makes the progressive version of each. User
@@ -65,21 +65,21 @@ class SampledFilter:
     motion : callable, optional
         a: (points (m, d), control, dt) → unit vectors (m, d). Without one, x' = x ⊕ control ⊕ w, without sampling.
     process_noise : Bingham, optional
-        Law of w, composed exactly (d = 2, 4).
+        Distribution of w, composed exactly (d = 2, 4).
     log_likelihood : callable, optional
         (z, points (m, d)) → log f(z | x) (m,); −∞ where z is impossible. `update` takes another one on request.
     sampler : Sampler
-        What represents a law by points.
+        What represents a distribution by points.
     progressive : bool
-        Fuse the likelihood by powers f(z|x)^γ, Σγ = 1, each as large as `least_share` allows, with new samples for
+        Fuse the likelihood by powers f(z|x)^γ, Σγ = 1, each as large as `min_share` allows, with new samples for
         each; at most 500, of which the last takes what remains.
     noise_side : {"right", "left"}
         "right": a(x) ⊕ w (body frame); "left": w ⊕ a(x).
-    least_share : float
+    min_share : float
         Share of effective samples that every fraction keeps, in (0, 1); larger makes more and smaller steps.
     least_moment : float
         Smallest E[(mᵢᵀx)²] of a refit (for rotations a quarter of the variance in rad²): samples that coincide
-        would otherwise claim certainty; see `SampledUpdateInfo.floored`.
+        would otherwise claim certainty; see `SampledUpdateInfo.clamped`.
 
     Examples
     --------
@@ -98,13 +98,13 @@ class SampledFilter:
     sampler: Sampler = field(default_factory=RiemannianSampling)
     progressive: bool = False
     noise_side: Literal["right", "left"] = "right"
-    least_share: float = 0.5
+    min_share: float = 0.5
     least_moment: float = 1e-9
 
     def __post_init__(self) -> None:
         check_noise_side(self.noise_side)
-        if not 0.0 < self.least_share < 1.0:
-            raise InvalidArgumentError("least_share", "a number in (0, 1)", self.least_share)
+        if not 0.0 < self.min_share < 1.0:
+            raise InvalidArgumentError("min_share", "a number in (0, 1)", self.min_share)
         if not 0.0 < self.least_moment < 0.1:
             raise InvalidArgumentError("least_moment", "a number in (0, 0.1)", self.least_moment)
         if not isinstance(self.sampler, Sampler):
@@ -113,25 +113,25 @@ class SampledFilter:
             )
         noise = self.process_noise
         if noise is not None:
-            check_law(noise, "process_noise")
+            check_distribution(noise, "process_noise")
         if noise is not None and (noise.shape or noise.dim not in (2, 4)):
-            raise InvalidArgumentError("process_noise", "a single law of dimension 2 or 4", repr(noise))
+            raise InvalidArgumentError("process_noise", "a single distribution of dimension 2 or 4", repr(noise))
 
     def predict(self, state: Bingham, control: Any = None, dt: float | None = None) -> Bingham:
-        """Return the Bingham law with the second moment of a(x) ⊕ w, x ~ `state` sampled.
+        """Return the Bingham distribution with the second moment of a(x) ⊕ w, x ~ `state` sampled.
 
         Raises
         ------
         InvalidArgumentError
             If the motion returns other than finite unit vectors (m, d).
         """
-        check_law(state, "state")
+        check_distribution(state, "state")
         return self._predict(state, control, dt, "predict")
 
     def update(
         self, state: Bingham, z: Any, *, log_likelihood: LogLikelihood | None = None
     ) -> tuple[Bingham, SampledUpdateInfo]:
-        """Return the Bingham law with the second moment of f(x | z) ∝ f(z | x) f(x), x ~ `state` sampled.
+        """Return the Bingham distribution with the second moment of f(x | z) ∝ f(z | x) f(x), x ~ `state` sampled.
 
         An array z that is NaN throughout is a missing measurement; what is NaN in part is for the likelihood to judge.
 
@@ -140,7 +140,7 @@ class SampledFilter:
         InvalidArgumentError
             If the log-likelihood returns other than (m,) numbers below +∞, or is −∞ for every sample.
         """
-        check_law(state, "state")
+        check_distribution(state, "state")
         if is_missing(z):
             return state, SampledUpdateInfo(0.0, math.nan, (), False, False, "missing")
         return self._update(state, z, log_likelihood, "update")
@@ -158,11 +158,11 @@ class SampledFilter:
 
         Parameters are those of `BinghamFilter.run`; the motion gets the row of controls and the seconds of each step.
         """
-        check_law(prior, "prior")
-        rows = np.asarray(plain(measurements), dtype=np.float64)
+        check_distribution(prior, "prior")
+        rows = np.asarray(as_array(measurements), dtype=np.float64)
         if rows.ndim != 2:
             raise InvalidArgumentError("measurements", "shape (T, k)", rows.shape)
-        inputs = None if controls is None else np.asarray(plain(controls), dtype=np.float64)
+        inputs = None if controls is None else np.asarray(as_array(controls), dtype=np.float64)
         if inputs is not None and len(inputs) != len(rows):
             raise InvalidArgumentError("controls", f"{len(rows)} rows, one for each measurement", len(inputs))
         steps = None if times is None else time_steps(times, start_time, len(rows))
@@ -208,27 +208,27 @@ class SampledFilter:
         if function is None:
             raise InvalidArgumentError("log_likelihood", "a function (z, points) -> (m,)", None,
                                        "give it to SampledFilter or to update")  # fmt: skip
-        remaining, evidence, size, floored = 1.0, 0.0, math.inf, False
+        remaining, evidence, size, clamped = 1.0, 0.0, math.inf, False
         fractions: list[float] = []
         while remaining > 0.0:
             points, weights = self.sampler.sample(state)
             values = checked_log_likelihood(function, z, points, weights, step)
             power = remaining
             if self.progressive and len(fractions) < MAX_FRACTIONS - 1:
-                power = fraction(weights, values, self.least_share, remaining)
+                power = fraction(weights, values, self.min_share, remaining)
             top = float(values.max())
             ratio = weights * np.exp(power * (values - top))
             total = float(ratio.sum())
             size = min(size, total * total / float(ratio @ ratio))
             evidence += power * top + math.log(total)
             state, low = self._refit((points.T * (ratio / total)) @ points, state.M, step)
-            floored |= low
+            clamped |= low
             fractions.append(power)
             remaining = 0.0 if power == remaining else remaining - power
-        return state, SampledUpdateInfo(evidence, size, tuple(fractions), floored)
+        return state, SampledUpdateInfo(evidence, size, tuple(fractions), clamped)
 
     def _refit(self, moment: FloatArray, frame: FloatArray, step: str) -> tuple[Bingham, bool]:
-        """Return the law of a second moment and whether an axis was below `least_moment`."""
+        """Return the distribution of a second moment and whether an axis was below `least_moment`."""
         from bingham.kernels.refit import refit
 
         z, axes, log_f, w, smallest = refit(
@@ -248,4 +248,6 @@ class SampledFilter:
 
     def _check_dimension(self, state: Bingham) -> None:
         if self.process_noise is not None and state.z.shape != self.process_noise.z.shape:
-            raise InvalidArgumentError("state", f"a single law of dimension {self.process_noise.dim}", repr(state))
+            raise InvalidArgumentError(
+                "state", f"a single distribution of dimension {self.process_noise.dim}", repr(state)
+            )

@@ -82,9 +82,9 @@ class ScalarKalmanFilter:
         total = state.variance + self.measurement_variance
         gain = np.where(missing, 0.0, state.variance / total)
         angle = _half_turn(state.angle + gain * innovation)
-        statistic = innovation**2 / total
-        log_evidence = -0.5 * (statistic + np.log(2.0 * np.pi * total))
-        info = KalmanInfo(np.where(missing, 0.0, log_evidence), np.where(missing, np.nan, statistic))
+        nis = innovation**2 / total
+        log_evidence = -0.5 * (nis + np.log(2.0 * np.pi * total))
+        info = KalmanInfo(np.where(missing, 0.0, log_evidence), np.where(missing, np.nan, nis))
         return unchecked(AngleState, angle=angle, variance=(1.0 - gain) * state.variance), info
 
     def run(

@@ -11,13 +11,13 @@ from scipy.spatial.transform import Rotation
 
 from bingham.distributions.arguments import check_kind
 from bingham.distributions.bingham import Bingham
-from bingham.distributions.checks import check_law
+from bingham.distributions.checks import check_distribution
 from bingham.errors import InvalidArgumentError
 from bingham.filters.checks import check_noise_side
 from bingham.filters.protocol import MISSING, UpdateInfo
-from bingham.models.motion import NoisyIdentity
+from bingham.models.motion import RandomWalk
 from bingham.models.sensors import OrientationSensor
-from bingham.rotations import plain, unit_or_missing
+from bingham.rotations import as_array, unit_or_missing
 
 __all__ = ["SecondOrderBinghamFilter", "SpinState", "classify_spin"]
 
@@ -25,22 +25,22 @@ FloatArray = NDArray[np.float64]
 IDENTITY = np.array([1.0, 0.0, 0.0, 0.0])
 
 
-def _check_law(law: Bingham, name: str) -> None:
-    check_law(law, name)
-    if law.dim != 4 or law.shape:
-        raise InvalidArgumentError(name, "a single law of dimension 4", repr(law))
+def _check_distribution(distribution: Bingham, name: str) -> None:
+    check_distribution(distribution, name)
+    if distribution.dim != 4 or distribution.shape:
+        raise InvalidArgumentError(name, "a single distribution of dimension 4", repr(distribution))
 
 
 @dataclass(frozen=True, eq=False)
 class SpinState:
-    """Independent laws of the orientation x and of the rotation v that led to it in the last step.
+    """Independent distributions of the orientation x and of the rotation v that led to it in the last step.
 
     Parameters
     ----------
     orientation, spin : Bingham
-        Single laws on the quaternions; spin is a rotation per step, in the world frame: x' = v ⊗ x.
+        Single distributions on the quaternions; spin is a rotation per step, in the world frame: x' = v ⊗ x.
     previous : Bingham, optional
-        Law of the orientation one step before, as prediction leaves it for the update of the spin.
+        Distribution of the orientation one step before, as prediction leaves it for the update of the spin.
     """
 
     orientation: Bingham
@@ -49,7 +49,7 @@ class SpinState:
 
     def __post_init__(self) -> None:
         for name in ("orientation", "spin"):
-            _check_law(getattr(self, name), name)
+            _check_distribution(getattr(self, name), name)
 
     @property
     def mode(self) -> FloatArray:
@@ -61,15 +61,16 @@ class SpinState:
 class SecondOrderBinghamFilter:
     """Tracks x and v with v' = w ⊗ u ⊗ v, x' = v' ⊗ x, and measurements of x only.
 
-    The joint law is kept as the product of its marginals. Given y, the spin's likelihood is F(C(v)) up to a factor: the
-    law of x' ⊗ x*, x' with the likelihood of y as its density, x from one step before (§4). It is matched by moments.
+    The joint distribution is kept as the product of its marginals. Given y, the spin's likelihood is F(C(v)) up to a
+    factor: the distribution of x' ⊗ x*, x' with the likelihood of y as its density, x from one step before (§4). It is
+    matched by moments.
 
     Parameters
     ----------
     process_noise : Bingham
-        Law of w, once per step; raising its spread lets the spin change faster.
+        Distribution of w, once per step; raising its spread lets the spin change faster.
     measurement_noise : Bingham
-        Law of the measurement noise.
+        Distribution of the measurement noise.
     noise_side : {"left", "right"}
         Side on which the measurement noise acts: "left" in the world frame (Glover), "right" in the body frame.
 
@@ -94,22 +95,22 @@ class SecondOrderBinghamFilter:
     def __post_init__(self) -> None:
         check_noise_side(self.noise_side)
         for name in ("process_noise", "measurement_noise"):
-            _check_law(getattr(self, name), name)
-        object.__setattr__(self, "_motion", NoisyIdentity(self.process_noise, left=True))
+            _check_distribution(getattr(self, name), name)
+        object.__setattr__(self, "_motion", RandomWalk(self.process_noise, left=True))
         sensor = OrientationSensor(self.measurement_noise, left=self.noise_side == "left")
         object.__setattr__(self, "_sensor", sensor)
 
     def predict(
         self, state: SpinState, control: ArrayLike | Rotation | None = None, dt: float | None = None
     ) -> SpinState:
-        """Return the state one step later; ``control`` u (4,) turns the spin: an acceleration.
+        """Return the state one step later; ``control`` u (4,) rotates the spin: an acceleration.
 
         Spin and noise are per step, whatever ``dt``.
         """
         from bingham.kernels.second_order import composed_spin
 
         check_kind(state, SpinState, "state", "start from SpinState(orientation, spin)")
-        u = None if control is None else plain(control)
+        u = None if control is None else as_array(control)
         spin: Bingham = self._motion.propagate(state.spin, u)  # type: ignore[attr-defined]
         x = state.orientation
         return SpinState(Bingham.from_spectrum(*composed_spin(x.z, x.M, spin.z, spin.M)), spin, x)
@@ -145,7 +146,7 @@ class SecondOrderBinghamFilter:
             return state, MISSING
         sensor = self._sensor if noise is None else OrientationSensor(noise, left=self._sensor.left)  # type: ignore[attr-defined]
         candidates = [sensor.condition(state.orientation, row) for row in rows]
-        best = max(range(len(rows)), key=lambda i: candidates[i].law.log_normalizer + candidates[i].top)
+        best = max(range(len(rows)), key=lambda i: candidates[i].distribution.log_normalizer + candidates[i].top)
         orientation, top, log_noise, _ = candidates[best]
         log_evidence = float(orientation.log_normalizer + top - state.orientation.log_normalizer - log_noise)
         spin, before = state.spin, state.previous
@@ -160,7 +161,7 @@ class SecondOrderBinghamFilter:
 
 
 def classify_spin(spin: Bingham, types: ArrayLike) -> tuple[int, FloatArray]:
-    """Return the most probable of known spins (k, 4) under the law of the spin, and all their log-densities (k,)."""
-    check_law(spin, "spin")
+    """Return the most probable of known spins (k, 4) under the spin's distribution, and their log-densities (k,)."""
+    check_distribution(spin, "spin")
     log_density = np.atleast_1d(spin.logpdf(types))
     return int(np.argmax(log_density)), log_density

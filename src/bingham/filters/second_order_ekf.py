@@ -14,8 +14,8 @@ from bingham.filters.gaussian import (
     GaussianState,
     KalmanInfo,
     KalmanTrack,
+    align_to,
     kalman_update,
-    mirrored,
     put_moments,
     run_steps,
 )
@@ -40,7 +40,7 @@ class SpinningGaussian:
 
     @classmethod
     def independent(cls, orientation: GaussianState, spin: GaussianState) -> SpinningGaussian:
-        """Return the joint law of an independent orientation and spin."""
+        """Return the joint distribution of an independent orientation and spin."""
         covariance = np.zeros((*orientation.mean.shape[:-1], 8, 8))
         covariance[..., :4, :4] = orientation.covariance
         covariance[..., 4:, 4:] = spin.covariance
@@ -48,12 +48,12 @@ class SpinningGaussian:
 
     @property
     def orientation(self) -> GaussianState:
-        """Marginal law of the orientation."""
+        """Marginal distribution of the orientation."""
         return unchecked(GaussianState, mean=self.mean[..., :4], covariance=self.covariance[..., :4, :4])
 
     @property
     def spin(self) -> GaussianState:
-        """Marginal law of the rotation per step."""
+        """Marginal distribution of the rotation per step."""
         return unchecked(GaussianState, mean=self.mean[..., 4:], covariance=self.covariance[..., 4:, 4:])
 
     @property
@@ -93,7 +93,7 @@ class SecondOrderQuaternionEkf:
     def predict(
         self, state: SpinningGaussian, control: ArrayLike | Rotation | None = None, dt: float | None = None
     ) -> SpinningGaussian:
-        """Return the state one step later; the control u (..., 4) turns the spin (an angular acceleration).
+        """Return the state one step later; the control u (..., 4) rotates the spin (an angular acceleration).
 
         Spin and noise are per step, whatever ``dt``.
         """
@@ -122,7 +122,7 @@ class SecondOrderQuaternionEkf:
         H = np.concatenate([projection, np.zeros_like(projection)], axis=-1)
         if self.rotate_noise:
             noise = noise_about(unit, noise, self.noise_side == "left")
-        mean, P, info = kalman_update(state.mean, state.covariance, mirrored(z, unit) - unit, H, noise)
+        mean, P, info = kalman_update(state.mean, state.covariance, align_to(z, unit) - unit, H, noise)
         return unchecked(SpinningGaussian, mean=mean, covariance=P), info
 
     def run(

@@ -14,10 +14,10 @@ from bingham.filters.gate import Gate
 from bingham.filters.track import Track
 from bingham.kernels import step
 from bingham.kernels.threads import by_rows
-from bingham.models.motion import Diffusion, Gyroscope, KnownRotation, MotionModel, NoisyIdentity, diffusion_mix
+from bingham.models.motion import ControlledRotation, Diffusion, Gyroscope, MotionModel, RandomWalk, diffusion_weight
 from bingham.models.sensors import OrientationSensor
 from bingham.recording import as_seconds
-from bingham.rotations import from_rotation_vector, numbers, unit_or_missing
+from bingham.rotations import as_numbers, from_rotation_vector, unit_or_missing
 
 __all__ = ["run_conjugate", "sequence_steps", "time_steps"]
 
@@ -44,13 +44,13 @@ def time_steps(times: ArrayLike, start_time: float | None, count: int) -> FloatA
 
 
 def sequence_steps(motion: MotionModel, times: ArrayLike | None, start_time: float | None, length: int) -> FloatArray:
-    """Return the seconds (T,) before each measurement, ones without times; refuse times that the motion cannot use."""
+    """Return the seconds (T,) before each measurement, ones without times; reject times that the motion cannot use."""
     if times is None:
         if isinstance(motion, (Diffusion, Gyroscope)):
             raise InvalidArgumentError("times", "seconds of each measurement, for motion in continuous time", None)
         return np.ones(length)
     steps = time_steps(times, start_time, length)
-    if isinstance(motion, NoisyIdentity) and length > 2 and np.ptp(steps[1:]) > 1e-3 * steps[-1]:
+    if isinstance(motion, RandomWalk) and length > 2 and np.ptp(steps[1:]) > 1e-3 * steps[-1]:
         raise InvalidArgumentError(
             "times",
             "regular times for a noise given once per step",
@@ -61,14 +61,14 @@ def sequence_steps(motion: MotionModel, times: ArrayLike | None, start_time: flo
 
 
 def _unit_or_missing(x: ArrayLike | Rotation, d: int, name: str) -> FloatArray:
-    a = numbers(x, name)
+    a = as_numbers(x, name)
     if a.ndim not in (2, 3) or a.shape[-1] != d:
         raise InvalidArgumentError(name, f"shape (T, {d}) or (B, T, {d})", a.shape)
     return unit_or_missing(a, d, name)
 
 
 def run_conjugate(
-    motion: NoisyIdentity | Diffusion | Gyroscope,
+    motion: RandomWalk | Diffusion | Gyroscope,
     sensor: OrientationSensor,
     gate: Gate | None,
     prior: Bingham,
@@ -85,7 +85,7 @@ def run_conjugate(
     if prior.dim != d or len(prior.shape) > 1 or (prior.shape and not batched):
         raise InvalidArgumentError(
             "prior",
-            f"a law of dimension {d}" + (", single or one for each recording" if batched else ""),
+            f"a distribution of dimension {d}" + (", single or one for each recording" if batched else ""),
             f"dimension {prior.dim}, batch {prior.shape}",
         )
     if not batched:
@@ -96,25 +96,25 @@ def run_conjugate(
 
     steps = sequence_steps(motion, times, start_time, length)
     turns = _controls(motion, controls, steps, count, length, d)
-    mixes = np.empty(0)
+    uniform_weights = np.empty(0)
     if isinstance(motion, (Diffusion, Gyroscope)):
-        mixes = diffusion_mix(motion.random_walk**2 * steps, d)
+        uniform_weights = diffusion_weight(motion.random_walk**2 * steps, d)
 
     z = np.array(np.broadcast_to(prior.z, (count, d)))
     frames = np.array(np.broadcast_to(np.swapaxes(prior.M, -1, -2), (count, d, d)))
     kept = length if keep == "all" else min(length, 1)
     out_z, out_frames = np.empty((count, kept, d)), np.empty((count, kept, d, d))
-    evidence, statistic = np.empty((count, kept)), np.empty((count, kept))
+    evidence, nis = np.empty((count, kept)), np.empty((count, kept))
     decision = np.empty((count, kept), dtype=np.int8)
     threshold = np.inf if gate is None else gate.threshold(d - 1)
     noise = sensor.noise
     log_f = float(noise.log_normalizer)
-    parts = motion.parts if isinstance(motion, NoisyIdentity) else None
+    parts = motion.parts if isinstance(motion, RandomWalk) else None
     mode = np.eye(d)[0] if parts is None else parts.mode
     tangent = np.zeros((d - 1, d - 1)) if parts is None else parts.tangent
-    results = (out_z, out_frames, evidence, statistic, decision)
+    results = (out_z, out_frames, evidence, nis, decision)
     if d == 4:
-        left = isinstance(motion, NoisyIdentity) and motion.left
+        left = isinstance(motion, RandomWalk) and motion.left
         if left != sensor.left and not (np.ptp(noise.z[:3]) == 0.0 and abs(noise.mode[0]) == 1.0):
             raise InvalidArgumentError(
                 "noise_side",
@@ -126,14 +126,14 @@ def run_conjugate(
         sensed = (np.array(noise.z), sensor.frame, log_f, threshold)
 
         def run(z: FloatArray, frames: FloatArray, turns: FloatArray, y: FloatArray, *out: FloatArray) -> None:
-            step.run_many_4(z, frames, turns, mixes, mode, tangent, weight, left, y, *sensed, *out)
+            step.run_many_4(z, frames, turns, uniform_weights, mode, tangent, weight, left, y, *sensed, *out)
 
     else:
         variance = float(tangent[0, 0])
         sensed_2 = (float(noise.z[0]), np.array(noise.mode), log_f, threshold)
 
         def run(z: FloatArray, frames: FloatArray, turns: FloatArray, y: FloatArray, *out: FloatArray) -> None:
-            step.run_many_2(z, frames, turns, mixes, mode, variance, y, *sensed_2, *out)
+            step.run_many_2(z, frames, turns, uniform_weights, mode, variance, y, *sensed_2, *out)
 
     by_rows(run, z, frames, turns, y, *results, row_us=(1.2 if d == 4 else 0.4) * length)
     time = None if times is None else np.array(times, dtype=np.float64)
@@ -144,7 +144,7 @@ def run_conjugate(
         out_z[first],
         columns[first],
         evidence[first],
-        statistic[first],
+        nis[first],
         decision[first],
         threshold=threshold,
     )
@@ -155,7 +155,7 @@ def _controls(
 ) -> FloatArray:
     """Known rotations (B, T, d), or (B, 0, d) without any."""
     if controls is None:
-        if isinstance(motion, (KnownRotation, Gyroscope)):
+        if isinstance(motion, (ControlledRotation, Gyroscope)):
             raise InvalidArgumentError("controls", f"one row for each measurement, for {type(motion).__name__}", None)
         return np.empty((count, 0, d))
     if isinstance(motion, Gyroscope):

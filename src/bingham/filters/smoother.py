@@ -1,8 +1,9 @@
-"""Smoothing for the Bingham filter: every law given the whole sequence, or given a few samples more.
+"""Smoothing for the Bingham filter: every distribution given the whole sequence, or given a few samples more.
 
-The law of x_t given all measurements is the filtered law times the backward prediction, the law of x_t given only the
-later measurements; Binghams multiply by adding their matrices. The backward prediction is the same filter run over the
-reversed sequence with inverted motion from a uniform law, less the likelihood of z_t itself.
+The distribution of x_t given all measurements is the filtered distribution times the backward prediction, the
+distribution of x_t given only the later measurements; Binghams multiply by adding their matrices. The backward
+prediction is the same filter run over the reversed sequence with inverted motion from a uniform distribution, less the
+likelihood of z_t itself.
 """
 
 from __future__ import annotations
@@ -13,12 +14,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from bingham.distributions.arguments import check_kind, whole_number
+from bingham.distributions.arguments import check_kind, integer
 from bingham.distributions.bingham import Bingham
 from bingham.errors import InvalidArgumentError
 from bingham.filters.first_order import BinghamFilter
 from bingham.filters.track import Track
-from bingham.models.motion import Gyroscope, NoisyIdentity
+from bingham.models.motion import Gyroscope, RandomWalk
 from bingham.models.sensors import OrientationSensor, VectorSensor
 from bingham.rotations import compose, conjugate
 
@@ -37,23 +38,23 @@ def smooth_fixed_interval(
     controls: ArrayLike | None = None,
     times: ArrayLike | None = None,
 ) -> Track:
-    """Return the laws of every x_t given all measurements.
+    """Return the distributions of every x_t given all measurements.
 
     Parameters
     ----------
     bingham_filter : BinghamFilter
         With an orientation or vector sensor and a motion model of this package.
     prior : Bingham
-        The law before the first prediction.
+        The distribution before the first prediction.
     measurements : (T, d) or (T, 3) array_like
-        As the sensor takes them; NaN where missing. What the filter's gate refuses is not used on the way back either.
+        As the sensor takes them; NaN where missing. What the filter's gate rejects is not used on the way back either.
     controls, times : array_like, optional
         As in `BinghamFilter.run`.
 
     Returns
     -------
     Track
-        Smoothed laws; log-evidence, statistic and decision are those of the filter.
+        Smoothed distributions; log-evidence, NIS and decision are those of the filter.
 
     Raises
     ------
@@ -97,14 +98,14 @@ def smooth_fixed_lag(
     controls: ArrayLike | None = None,
     times: ArrayLike | None = None,
 ) -> Track:
-    """Return the laws of every x_t given the measurements up to t + lag; see `smooth_fixed_interval`.
+    """Return the distributions of every x_t given the measurements up to t + lag; see `smooth_fixed_interval`.
 
     Parameters
     ----------
     lag : int
         Samples to wait for; 0 is the filter itself.
     """
-    whole_number(lag, "lag", 0)
+    integer(lag, "lag", 0)
     check_kind(bingham_filter, BinghamFilter, "bingham_filter", ORDER)
     forward = bingham_filter.run(prior, measurements, controls=controls, times=times)
     used, turns, seconds = _used(bingham_filter, forward, measurements, controls, times)
@@ -114,7 +115,7 @@ def smooth_fixed_lag(
     for t in range(len(used) - 1 if lag else 0):
         window = slice(t, min(t + lag, len(used) - 1) + 1)
         later = used[window].copy()
-        later[0] = np.nan  # z_t is in the filtered law already
+        later[0] = np.nan  # z_t is in the filtered distribution already
         message = back.run(
             uniform,
             later[::-1],
@@ -129,14 +130,14 @@ def smooth_fixed_lag(
 def _used(
     bingham_filter: BinghamFilter, forward: Track, measurements: ArrayLike, controls: Any, times: Any
 ) -> tuple[FloatArray, FloatArray | None, FloatArray | None]:
-    """Return what the filter used: measurements (NaN where it refused), controls, times."""
+    """Return what the filter used: measurements (NaN where it rejected), controls, times."""
     motion = bingham_filter.motion
     used = np.array(measurements, dtype=np.float64)
     if used.ndim != 2:
         raise InvalidArgumentError("measurements", "one sequence, shape (T, d)", used.shape, "smooth one by one")
     used[forward.decision != 1] = np.nan
     turns = None if controls is None else np.asarray(controls, dtype=np.float64)
-    if turns is not None and isinstance(motion, NoisyIdentity):
+    if turns is not None and isinstance(motion, RandomWalk):
         z = motion.noise.z
         if np.ptp(z[:-1]) > 0.0 or abs(motion.noise.mode[0]) < 1.0 - 1e-12:
             raise InvalidArgumentError(
@@ -149,15 +150,15 @@ def _used(
 
 
 def _reversed(bingham_filter: BinghamFilter) -> BinghamFilter:
-    """Return the filter for the reversed sequence: x = x' ⊕ w*, and nothing is refused twice."""
+    """Return the filter for the reversed sequence: x = x' ⊕ w*, and nothing is rejected twice."""
     motion = bingham_filter.motion
-    if isinstance(motion, NoisyIdentity):
+    if isinstance(motion, RandomWalk):
         motion = replace(motion, noise=motion.noise.inverse())
     return BinghamFilter(motion, bingham_filter.sensor)
 
 
 def _reversed_controls(back: BinghamFilter, turns: FloatArray) -> FloatArray:
-    """Return the inverse turn of the step after each row, last row first; none before the last row."""
+    """Return the inverse rotation of the step after each row, last row first; none before the last row."""
     out = np.zeros_like(turns)
     if isinstance(back.motion, Gyroscope):
         out[1:] = -turns[:0:-1]
@@ -192,5 +193,5 @@ def _likelihoods(back: BinghamFilter, used: FloatArray) -> FloatArray:
 
 
 def _track(forward: Track, matrices: FloatArray) -> Track:
-    law = Bingham.from_matrix(0.5 * (matrices + np.swapaxes(matrices, -1, -2)))
-    return replace(forward, concentrations=np.array(law.z), frames=np.array(law.M))
+    distribution = Bingham.from_matrix(0.5 * (matrices + np.swapaxes(matrices, -1, -2)))
+    return replace(forward, concentrations=np.array(distribution.z), frames=np.array(distribution.M))

@@ -13,7 +13,7 @@ from bingham.errors import InvalidArgumentError
 from bingham.filters.protocol import each_step
 from bingham.filters.sequence import sequence_steps
 from bingham.filters.track import Track
-from bingham.rotations import missing_rows, numbers
+from bingham.rotations import as_numbers, missing_rows
 
 if TYPE_CHECKING:
     from bingham.filters.first_order import BinghamFilter
@@ -31,7 +31,7 @@ def run_rows(
     keep: Literal["all", "last"],
 ) -> Track:
     """Body of `BinghamFilter.run` for sensors and motions without a compiled loop."""
-    z = numbers(measurements, "measurements")
+    z = as_numbers(measurements, "measurements")
     if z.ndim != 2:
         raise InvalidArgumentError(
             "measurements", "shape (T, n), one row for each step", z.shape, "run the recordings of a batch one by one"
@@ -40,17 +40,17 @@ def run_rows(
     length, d = len(z), prior.dim
     if prior.shape:
         raise InvalidArgumentError(
-            "prior", f"a single law, for {type(bingham_filter.sensor).__name__}", f"a batch {prior.shape}"
+            "prior", f"a single distribution, for {type(bingham_filter.sensor).__name__}", f"a batch {prior.shape}"
         )
     steps = sequence_steps(bingham_filter.motion, times, start_time, length)
     concentrations, frames = np.empty((length, d)), np.empty((length, d, d))
-    evidence, statistic = np.empty(length), np.empty(length)
+    evidence, nis = np.empty(length), np.empty(length)
     decision = np.empty(length, dtype=np.int8)
     threshold = np.inf
     results = each_step(bingham_filter, prior, z, controls, None if times is None else steps)
     for t, (state, info) in enumerate(results):
         concentrations[t], frames[t] = state.z, state.M
-        evidence[t], statistic[t], decision[t] = info.log_evidence, info.statistic, info.accepted
+        evidence[t], nis[t], decision[t] = info.log_evidence, info.nis, info.accepted
         if missing[t]:
             decision[t] = -1
         else:
@@ -58,5 +58,5 @@ def run_rows(
     kept = slice(None) if keep == "all" else slice(-1, None)
     time = None if times is None else np.array(times, dtype=np.float64)[kept]
     return Track(
-        time, concentrations[kept], frames[kept], evidence[kept], statistic[kept], decision[kept], threshold=threshold
+        time, concentrations[kept], frames[kept], evidence[kept], nis[kept], decision[kept], threshold=threshold
     )

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from bingham.distributions.bingham import Bingham
 from bingham.distributions.uncertainty import frame_required
-from bingham.rotations import continuous
+from bingham.rotations import align_signs
 
 __all__ = ["Track"]
 
@@ -19,20 +19,20 @@ FloatArray = NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class Track:
-    """Filtered laws over time; a leading batch axis B where several sequences were filtered at once.
+    """Filtered distributions over time; a leading batch axis B where several sequences were filtered at once.
 
     Attributes
     ----------
     time : (T,) ndarray or None
         Seconds, where times were given.
     concentrations : (T, d) ndarray
-        z of each law, ascending.
+        z of each distribution, ascending.
     frames : (T, d, d) ndarray
-        M of each law; column i is the axis of zᵢ.
+        M of each distribution; column i is the axis of zᵢ.
     log_evidence : (T,) ndarray
         log f(zₜ | z₁ … zₜ₋₁); 0 where the measurement is missing.
-    statistic : (T,) ndarray
-        Gate statistic of each measurement; NaN where it is missing.
+    nis : (T,) ndarray
+        NIS of each measurement; NaN where it is missing.
     decision : (T,) int8 ndarray
         1 accepted, 0 rejected by the gate, −1 missing.
     threshold : float
@@ -43,7 +43,7 @@ class Track:
     concentrations: FloatArray
     frames: FloatArray
     log_evidence: FloatArray
-    statistic: FloatArray
+    nis: FloatArray
     decision: NDArray[np.int8]
     threshold: float = np.inf
 
@@ -51,29 +51,29 @@ class Track:
         return self.concentrations.shape[-2]
 
     @property
-    def laws(self) -> Bingham:
-        """All laws as one batch (..., T)."""
+    def distributions(self) -> Bingham:
+        """All distributions as one batch (..., T)."""
         return Bingham.from_spectrum(self.concentrations, self.frames)
 
     @property
     def final(self) -> Bingham:
-        """The last law; filtering on from it continues the track bit for bit."""
+        """The last distribution; filtering on from it continues the track bit for bit."""
         return Bingham.from_spectrum(self.concentrations[..., -1, :].copy(), self.frames[..., -1, :, :].copy())
 
     @property
     def modes(self) -> FloatArray:
-        """Most probable values (..., T, d), signs as the filter left them; see `continuous_modes`."""
+        """Most probable values (..., T, d), signs as the filter left them; see `aligned_modes`."""
         return np.ascontiguousarray(self.frames[..., -1])
 
     @property
-    def continuous_modes(self) -> FloatArray:
+    def aligned_modes(self) -> FloatArray:
         """Modes (T, d) with signs chosen so that neighbours agree."""
-        return continuous(self.modes)
+        return align_signs(self.modes)
 
     @property
     def matrices(self) -> FloatArray:
         """A = M diag(z) Mᵀ (..., T, d, d)."""
-        return self.laws.matrix
+        return self.distributions.matrix
 
     @property
     def accepted(self) -> NDArray[np.bool_]:
@@ -89,15 +89,15 @@ class Track:
         """Why each measurement was not used; empty strings where it was (single sequences)."""
         words = {1: "", -1: "missing"}
         return [
-            words.get(int(c), f"statistic {s:.4g} above {self.threshold:.4g}")
-            for c, s in zip(self.decision, self.statistic, strict=True)
+            words.get(int(c), f"NIS {s:.4g} above {self.threshold:.4g}")
+            for c, s in zip(self.decision, self.nis, strict=True)
         ]
 
     @frame_required
     def covariance(self, *, frame: Literal["body", "world"], undefined: Literal["raise", "nan"] = "nan") -> FloatArray:
         """Return 3×3 covariances (..., T, 3, 3), rad²; see `Bingham.covariance`.
 
-        Where a law has no clear mode its covariance is NaN, unlike that of a single law: the first laws of a track
-        often have none. ``undefined="raise"`` refuses such tracks.
+        Where a distribution has no clear mode its covariance is NaN, unlike that of a single distribution: the first
+        distributions of a track often have none. ``undefined="raise"`` rejects such tracks.
         """
-        return self.laws.covariance(frame=frame, undefined=undefined)
+        return self.distributions.covariance(frame=frame, undefined=undefined)

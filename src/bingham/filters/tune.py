@@ -219,7 +219,7 @@ def _simplex(x: FloatArray, size: float | FloatArray) -> FloatArray:
 
 
 def _scatter(recording: ImuRecording, name: str) -> float:
-    """Return the least root mean square of second differences in a second, scaled to the unit of `SensorNoise`.
+    """Return the smallest root mean square of second differences in a second, scaled to the unit of `SensorNoise`.
 
     White noise of variance s² has second differences of variance 6 s²; motion is smooth and has nearly none.
     """

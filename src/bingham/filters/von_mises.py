@@ -1,4 +1,4 @@
-"""First moment of the von Mises law and its inverse, to full relative precision from uniform to arbitrarily narrow."""
+"""First moment of the von Mises distribution and its inverse, to full relative precision at any width."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ NEWTON_STEPS = 4
 
 
 def log_resultant(kappa: ArrayLike) -> FloatArray:
-    """Return log A(κ) (...), A(κ) = I₁(κ)/I₀(κ) the length of the first moment of a von Mises law; −∞ for κ = 0."""
+    """Return log A(κ) (...), A(κ) = I₁(κ)/I₀(κ) the first moment of a von Mises distribution; −∞ for κ = 0."""
     k = np.asarray(kappa, dtype=np.float64)
     wide = np.minimum(k, NARROW)
     with np.errstate(divide="ignore"):

@@ -2,7 +2,7 @@
 
 An axis at angle θ is the direction φ = 2θ on the whole circle. There prediction adds wrapped normals, whose first
 moments multiply, and the update multiplies von Mises densities, whose κ e^{iμ} add (Kurz, Gilitschenski & Hanebeck,
-ACC 2013). Both laws are matched by their first moment A(κ) = I₁(κ)/I₀(κ) = e^{−σ²/2}.
+ACC 2013). Both distributions are matched by their first moment A(κ) = I₁(κ)/I₀(κ) = e^{−σ²/2}.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ FloatArray = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class DoubledAngleState:
-    """Law of φ = 2θ: mean direction ``direction`` (...), rad, and von Mises concentration ``kappa`` (...)."""
+    """Distribution of φ = 2θ: mean direction ``direction`` (...), rad, and von Mises concentration ``kappa`` (...)."""
 
     direction: FloatArray
     kappa: FloatArray

@@ -1,4 +1,4 @@
-"""Recordings in, tracks out: readers with errors that name file, place and remedy, and writers that leave no halves."""
+"""Recordings in, tracks out: readers with errors that name file, place and hint, and writers that leave no halves."""
 
 from bingham.io.axes import Axes, read_axes
 from bingham.io.broad import read_broad

@@ -1,4 +1,4 @@
-"""Axes and quaternions without times, one a row: what a law is fitted to."""
+"""Axes and quaternions without times, one a row: what a distribution is fitted to."""
 
 from __future__ import annotations
 
@@ -77,7 +77,7 @@ def read_axes(path: str | Path, *, columns: Sequence[str] | None = None) -> Axes
     else:
         chosen = _named(path, first, cells, columns)
         table = TextTable.parse(path, cells, lines[1:], separator)
-    rows = table.numbers(list(chosen))
+    rows = table.as_numbers(list(chosen))
 
     def place(_: str, index: int) -> str:
         return table.place(list(chosen), index)

@@ -1,4 +1,4 @@
-"""What every reader shares: turning a broken contract into an error that names file, place and remedy."""
+"""What every reader shares: turning a broken contract into an error that names file, place and hint."""
 
 from __future__ import annotations
 
@@ -63,26 +63,26 @@ def existing(path: str | Path, *, folder: bool = False) -> Path:
 
 
 def build(kind: type[R], path: Path, place: Place, **fields: Any) -> R:
-    """Make a recording named after its file; what the recording type refuses becomes a `RecordingError`."""
+    """Make a recording named after its file; what the recording type rejects becomes a `RecordingError`."""
     return build_of_units(kind, path, place, fields, units=False)
 
 
 def build_of_units(kind: type[R], path: Path, place: Place, fields: Mapping[str, Any], *, units: bool = True) -> R:
-    """Do the same for a reader with an argument `units`, by which a doubtful unit can be stated."""
+    """Do the same for a reader with an argument `units`, by which a doubtful unit can be named."""
     arguments: dict[str, Any] = {"name": path.stem, **fields}
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", RecordingWarning)  # said below, of the file
             recording = kind(**arguments)
     except RowError as error:
-        remedy = _state("time", "ms") if units and error.remedy.startswith("milliseconds?") else error.remedy
-        raise RecordingError(path, place(error.argument, error.index), error.problem, remedy) from None
+        hint = _state("time", "ms") if units and error.hint.startswith("milliseconds?") else error.hint
+        raise RecordingError(path, place(error.argument, error.index), error.problem, hint) from None
     except InvalidArgumentError as error:
         raise RecordingError(path, "", str(error), "check that the file is complete") from None
     if isinstance(recording, ImuRecording):
         for doubt in doubts(recording):
-            remedy = _state(doubt.quantity, doubt.unit) if units and doubt.unit else doubt.remedy
-            note(f"{path}: {doubt.quantity}: {doubt.question} {remedy}")
+            hint = _state(doubt.quantity, doubt.unit) if units and doubt.unit else doubt.hint
+            note(f"{path}: {doubt.quantity}: {doubt.question} {hint}")
     return recording
 
 
@@ -90,10 +90,10 @@ def _state(quantity: str, unit: str) -> str:
     return f"State the unit: units={{'{quantity}': '{unit}'}}"
 
 
-def damaged(path: Path, kind: str, error: Exception, remedy: str = "copy or download it again") -> RecordingError:
+def damaged(path: Path, kind: str, error: Exception, hint: str = "copy or download it again") -> RecordingError:
     """Say in one line what somebody else's parser stumbled over."""
     reason = next(iter(str(error).splitlines()), "")[:120] or type(error).__name__
-    return RecordingError(path, "", f"not a readable {kind} ({reason})", remedy)
+    return RecordingError(path, "", f"not a readable {kind} ({reason})", hint)
 
 
 def normalised(

@@ -149,7 +149,7 @@ def group(path: Path, place: str, found: Mapping[str, str], own: list[str]) -> d
     for quantity, names in COLUMNS.items():
         present = [c for c in names if c in found]
         if present and present != names:
-            _refuse_strange_unit(path, place, own, [c for c in names if c not in found])
+            _reject_strange_unit(path, place, own, [c for c in names if c not in found])
             missing = " ".join(c for c in names if c not in found)
             raise RecordingError(
                 path, place, f"no column {missing} for the {quantity}", "add it or name it in columns="
@@ -157,7 +157,7 @@ def group(path: Path, place: str, found: Mapping[str, str], own: list[str]) -> d
         if present:
             groups[quantity] = names
     if "time" not in groups:
-        _refuse_strange_unit(path, place, own, COLUMNS["time"])
+        _reject_strange_unit(path, place, own, COLUMNS["time"])
         raise RecordingError(
             path, place, "names no column t", f"add the time in seconds or name it in columns={{'t': ...}}; {has}"
         )
@@ -175,9 +175,9 @@ def group(path: Path, place: str, found: Mapping[str, str], own: list[str]) -> d
             note(f"{path}: {place}: px py pz left out: a recording of an inertial sensor has no positions")
         groups |= {"reference": references[0]} if references else {}
     elif "orientation" not in groups:
-        _refuse_strange_unit(path, place, own, COLUMNS["gyroscope"])
-        remedy = f"name the columns so, or each by columns={{'gx': ...}}; {has}"
-        raise RecordingError(path, place, "neither gx gy gz nor qw qx qy qz", remedy)
+        _reject_strange_unit(path, place, own, COLUMNS["gyroscope"])
+        hint = f"name the columns so, or each by columns={{'gx': ...}}; {has}"
+        raise RecordingError(path, place, "neither gx gy gz nor qw qx qy qz", hint)
     else:
         for sensor in ("accelerometer", "magnetometer"):
             if sensor in groups:
@@ -185,7 +185,7 @@ def group(path: Path, place: str, found: Mapping[str, str], own: list[str]) -> d
     return groups
 
 
-def _refuse_strange_unit(path: Path, place: str, own: list[str], names: list[str]) -> None:
+def _reject_strange_unit(path: Path, place: str, own: list[str], names: list[str]) -> None:
     """Raise an error if one of the missing columns is there with a suffix that is no unit, as ``gx_furlong``."""
     for theirs in own:
         text = re.sub(r"[\s.-]+", "_", theirs.lower())

@@ -78,19 +78,20 @@ def read_csv(
         return table.place([found[c] for c in groups[field]], index)
 
     values = {
-        field: table.numbers([found[c] for c in names]) * [factors[c] for c in names] for field, names in groups.items()
+        field: table.as_numbers([found[c] for c in names]) * [factors[c] for c in names]
+        for field, names in groups.items()
     }
     fields: dict[str, NDArray[np.float64] | NDArray[np.bool_]] = dict(values)
     fields["time"] = values["time"][:, 0]
     try:
         as_seconds(fields["time"], longest_step=LONG_GYROSCOPE_STEP if "gyroscope" in values else None)
     except RowError as error:
-        question = error.remedy.partition("?")[0]
+        question = error.hint.partition("?")[0]
         unit = next((unit for word, unit in SUSPECTED.items() if word in question), "ns")
-        remedy = f"{question}? State the unit: units={{'time': '{unit}'}}" + ", or 'us'" * ("nano- or" in question)
+        hint = f"{question}? State the unit: units={{'time': '{unit}'}}" + ", or 'us'" * ("nano- or" in question)
         refuted = np.abs(fields["time"]) >= NEVER_SECONDS
         index = int(np.argmax(refuted)) if refuted.any() else error.index
-        raise RecordingError(path, place("time", index), error.problem, remedy) from None
+        raise RecordingError(path, place("time", index), error.problem, hint) from None
     for field in ("orientation", "truth", "reference"):
         if field in values:
             fields[field] = normalised(path, field, values[field], place)
@@ -112,7 +113,7 @@ def write_csv(path: str | Path, recording: ImuRecording | OrientationRecording) 
     path : str or Path
         File to write or replace.
     recording : ImuRecording or OrientationRecording
-        A `truth` with a clock of its own has no place in a table and is refused.
+        A `truth` with a clock of its own has no place in a table and is rejected.
     """
     groups: dict[str, tuple[list[str], NDArray[np.float64] | NDArray[np.bool_] | None]]
     if isinstance(recording, ImuRecording):

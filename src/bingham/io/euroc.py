@@ -91,8 +91,8 @@ def _table(path: Path) -> ImuRecording | OrientationRecording:
 
     def need(columns: list[str]) -> list[str]:
         if missing := [c for c in columns if c not in names]:
-            remedy = "the header of an EuRoC file is expected"
-            raise RecordingError(path, f"line {first}", f"no column {' '.join(missing)}", remedy)
+            hint = "the header of an EuRoC file is expected"
+            raise RecordingError(path, f"line {first}", f"no column {' '.join(missing)}", hint)
         return columns
 
     need([STAMP])
@@ -106,7 +106,7 @@ def _table(path: Path) -> ImuRecording | OrientationRecording:
         return table.place(fields.get(field, [STAMP]), index)
 
     name = sequence_name(path) or path.stem
-    values = {field: table.numbers(columns) for field, columns in fields.items()}
+    values = {field: table.as_numbers(columns) for field, columns in fields.items()}
     if "gyroscope" in values:
         return build(ImuRecording, path, place, name=name, time=time, **values)
     values["orientation"] = normalised(path, "orientation", values["orientation"], place)

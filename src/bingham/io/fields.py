@@ -41,7 +41,7 @@ class Fields:
             raise RecordingError(self.path, f"field {name}", "is missing", f"fields in the file: {there}")
         return np.asarray(self.content[name])
 
-    def numbers(self, name: str) -> NDArray[np.float64]:
+    def as_numbers(self, name: str) -> NDArray[np.float64]:
         """Return a real numeric field as float64."""
         values = self.array(name)
         if values.dtype.kind not in "biuf":
@@ -50,7 +50,7 @@ class Fields:
 
     def rows(self, name: str, width: int | None) -> NDArray[np.float64]:
         """Return a field of shape (N, width), or (N,) if `width` is None."""
-        values = self.numbers(name)
+        values = self.as_numbers(name)
         if width is None and values.ndim == 2 and 1 in values.shape:
             values = values.ravel()  # MATLAB knows no vectors
         tail = () if width is None else (width,)
@@ -62,7 +62,7 @@ class Fields:
         return values
 
     def quaternions(self, name: str) -> NDArray[np.float64]:
-        """Return a field of unit quaternions, shape (N, 4), rounding mended, rows of NaN kept."""
+        """Return a field of unit quaternions, shape (N, 4), rounding fixed, rows of NaN kept."""
         return checks.normalised(self.path, name, self.rows(name, 4), self.place)
 
     def place(self, name: str, index: int) -> str:
@@ -79,7 +79,7 @@ class Fields:
 
     def positive(self, name: str) -> float:
         """Return a field of one positive finite number."""
-        values = self.numbers(name).ravel()
+        values = self.as_numbers(name).ravel()
         if values.shape != (1,) or not (0 < values[0] < np.inf):
             raise RecordingError(self.path, f"field {name}", f"is {values}", "expected one positive number")
         return float(values[0])

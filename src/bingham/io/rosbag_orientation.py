@@ -36,7 +36,7 @@ def read_rosbag_orientation(
 
     A first entry of −1 (or NaN, REP 145) says that there is no orientation, nothing but zeros that its covariance is
     unknown. A quaternion of zeros is no orientation either. Where both are there, and the covariance is not as wide as
-    that of an unknown heading, ``Bingham.from_covariance(orientation, covariance, frame="world")`` is the law.
+    that of an unknown heading, ``Bingham.from_covariance(orientation, covariance, frame="world")`` is the distribution.
 
     Parameters
     ----------

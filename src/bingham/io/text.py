@@ -87,12 +87,12 @@ class TextTable:
             raise RecordingError(path, "", "no rows of numbers", "record or copy it again")
         for k, row in zip(lines, rows, strict=False):
             if len(row) != len(names):
-                remedy = f"expected: {' '.join(names)}"
+                hint = f"expected: {' '.join(names)}"
                 if separator == "," and len(names) < len(row) <= 2 * len(names) and all(map(_whole, row)):
-                    remedy = "decimal commas? Write numbers with a point, or separate columns by ;"
+                    hint = "decimal commas? Write numbers with a point, or separate columns by ;"
                 elif k == lines[-1]:
-                    remedy = "the file looks cut off: copy it again"
-                raise RecordingError(path, f"line {k}", f"{len(row)} columns where {len(names)} are expected", remedy)
+                    hint = "the file looks cut off: copy it again"
+                raise RecordingError(path, f"line {k}", f"{len(row)} columns where {len(names)} are expected", hint)
         if len(rows) != len(lines):
             raise RecordingError(path, "", "a quoted cell runs over several lines", "keep each row on one line")
         return cls(path, names, lines, [list(c) for c in zip(*rows, strict=True)])
@@ -101,7 +101,7 @@ class TextTable:
         """Name row `index` and columns the way a reader finds them in the file."""
         return f"line {self.lines[index]}, {'column' if len(columns) == 1 else 'columns'} {' '.join(columns)}"
 
-    def numbers(self, columns: list[str]) -> NDArray[np.float64]:
+    def as_numbers(self, columns: list[str]) -> NDArray[np.float64]:
         """Return columns as floats, shape (N, len(columns)); an empty cell is NaN."""
         return np.array([self._convert(c, _float, "a number") for c in columns], dtype=np.float64).T
 
@@ -115,13 +115,13 @@ class TextTable:
             try:
                 values.append(convert(cell.strip()))
             except ValueError:
-                place, remedy = self.place([column], k), _mend(cell.strip())
-                raise RecordingError(self.path, place, f"{cell!r} is not {wanted}", remedy) from None
+                place, hint = self.place([column], k), _fix(cell.strip())
+                raise RecordingError(self.path, place, f"{cell!r} is not {wanted}", hint) from None
         return values
 
 
-def _mend(cell: str) -> str:
-    """Return how to mend a cell that is no number."""
+def _fix(cell: str) -> str:
+    """Return how to fix a cell that is no number."""
     if DATE.fullmatch(cell):
         return "a date: give numbers instead, seconds, or ns, us or ms with the unit in the column's name, as t_ns"
     if DECIMAL_COMMA.fullmatch(cell):

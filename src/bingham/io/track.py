@@ -132,14 +132,14 @@ def write_track_npz(
         File to write or replace.
     track : Track or ImuTrack, optional
         Where everything comes from that is not given by name. Of a `Track`: ``concentrations`` and ``frames``, whose
-        last rows ``Bingham.from_spectrum`` makes the law to go on from, of an `ImuTrack`: ``state``, for
+        last rows ``Bingham.from_spectrum`` makes the distribution to go on from, of an `ImuTrack`: ``state``, for
         `ImuState.from_json`.
     time : array_like, shape (T,)
         Seconds; needed with a track that has none.
     modes : array_like, shape (T, d)
         Most probable orientations; needed without a track.
     matrices : array_like, shape (T, d, d), optional
-        Parameters of the laws.
+        Parameters of the distributions.
     **more
         Any further array or text of the track, as ``log_evidence``, ``covariance``, ``covariance_frame``,
         ``concentrations``, ``accepted``, ``reason``, and the state to go on from (``state_z``, ``state_M``).
@@ -208,7 +208,7 @@ def _content(track: Track | ImuTrack) -> dict[str, Any]:
         more = {"covariance": track.covariance(frame="world"), "covariance_frame": "world"}
         more["state"] = track.final.to_json()
     elif isinstance(track, Track):  # pyright: ignore[reportUnnecessaryIsInstance]
-        names += ["concentrations", "frames", "statistic", "decision"]
+        names += ["concentrations", "frames", "nis", "decision"]
         more = {}
     else:
         raise InvalidArgumentError("track", "a Track or ImuTrack", type(track).__name__, "give arrays by name")

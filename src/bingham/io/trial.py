@@ -63,8 +63,8 @@ def _imu(fields: Fields) -> ImuRecording:
     t, gyr, acc, mag = (_called(name, there) for name in ("t", "gyr", "acc", "mag"))
     gyroscope = fields.rows(gyr, 3)
     if t not in there and "rate" not in there:
-        remedy = f"give times, s, or the sampling rate, Hz; fields in the file: {' '.join(there)}"
-        raise RecordingError(fields.path, "field t or rate", "is missing", remedy)
+        hint = f"give times, s, or the sampling rate, Hz; fields in the file: {' '.join(there)}"
+        raise RecordingError(fields.path, "field t or rate", "is missing", hint)
     time = fields.rows(t, None) if t in there else np.arange(len(gyroscope)) / fields.positive("rate")
     reference = truth = None
     if "ref_i16" in there:
@@ -120,7 +120,7 @@ def _measured(fields: Fields) -> OrientationRecording:
 
 def _trajectory(fields: Fields) -> OrientationRecording:
     t = _called("t", fields.content)
-    start = fields.numbers("t0").ravel() if "t0" in fields.content else np.zeros(1)
+    start = fields.as_numbers("t0").ravel() if "t0" in fields.content else np.zeros(1)
     if start.shape != (1,) or not np.isfinite(start[0]):
         raise RecordingError(fields.path, "field t0", f"is {start}", "expected one time in seconds")
     return fields.build(

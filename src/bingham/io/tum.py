@@ -51,9 +51,9 @@ def read_tum(path: str | Path) -> OrientationRecording:
     def place(field: str, index: int) -> str:
         return table.place(columns[field], index)
 
-    orientation = normalised(table.path, "orientation", table.numbers(WXYZ), place)
-    position = table.numbers(columns["position"])
-    time = table.numbers(["time"])[:, 0]
+    orientation = normalised(table.path, "orientation", table.as_numbers(WXYZ), place)
+    position = table.as_numbers(columns["position"])
+    time = table.as_numbers(["time"])[:, 0]
     return build(OrientationRecording, table.path, place, time=time, orientation=orientation, position=position)
 
 

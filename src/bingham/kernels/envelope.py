@@ -1,7 +1,7 @@
-"""Exact sampling of the Bingham law by rejection from an angular central Gaussian envelope.
+"""Exact sampling of the Bingham distribution by rejection from an angular central Gaussian envelope.
 
-With λᵢ = −zᵢ ≥ 0 the envelope is the law of y/|y|, y ~ N(0, diag(1 + 2λᵢ/b)⁻¹), b the root of Σ 1/(b + 2λᵢ) = 1
-(Kent, Ganeiber & Mardia 2013). A proposal with u = Σ λᵢ xᵢ² is kept with probability
+With λᵢ = −zᵢ ≥ 0 the envelope is the distribution of y/|y|, y ~ N(0, diag(1 + 2λᵢ/b)⁻¹), b the root of Σ 1/(b + 2λᵢ) =
+1 (Kent, Ganeiber & Mardia 2013). A proposal with u = Σ λᵢ xᵢ² is kept with probability
 exp(−u + (d − b)/2) ((1 + 2u/b) b/d)^{d/2}; at least about half of them are, at every concentration in d ≤ 4.
 """
 

@@ -30,7 +30,7 @@ def is_gap(dt, usual):
 
 @compiled(inline=True)
 def gap_variance(dt, change2):
-    """Return the variance (rad² per axis) of the turn over a gap of dt seconds.
+    """Return the variance (rad² per axis) of the rotation over a gap of dt seconds.
 
     change2 (rad²/s²) is how much the rate has changed around the gap, summed over the axes. The longer the gap, the
     more may have happened that the samples around it do not show.

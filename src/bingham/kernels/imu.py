@@ -7,8 +7,8 @@ import numpy as np
 from bingham.kernels import imu_state as at
 from bingham.kernels.compile import compiled
 from bingham.kernels.imu_field import ABSENT, EARLY, PENDING, REPEATED
+from bingham.kernels.imu_reported import add_readout_error, reported, scales
 from bingham.kernels.imu_samples import accelerate, due, magnetize, output, rotate
-from bingham.kernels.imu_stated import add_readout_error, scales, stated
 from bingham.kernels.imu_update import update
 
 __all__ = ["run"]
@@ -21,10 +21,10 @@ def run(s, p, par, time, last, gyroscope, accelerometer, magnetometer, modes, co
 
     time (N,), gyroscope, accelerometer, magnetometer (N, 3), the latter two NaN where there is no sample, or (0, 3);
     last (3,): times of the samples before of each sensor, NaN before the first. Per sample: modes (N, 4), covariances
-    (N, 3, 3) of θ (world axes) as stated, bias, bias_std (N, 3), rest (N,), evidence (N,), code (N,), statistic (N,).
+    (N, 3, 3) of θ (world axes) as reported, bias, bias_std (N, 3), rest (N,), evidence (N,), code (N,), statistic (N,).
     Before the first accelerometer sample modes and covariances stay as they are given: NaN.
     For the smoother, or empty, per update: indices (E,), filtered (E, 12, 12), transitions (E, 26), corrections
-    (E, 12), factors (E, 2) of the stated variances; per sample: readout (N, 3, 3), what is added to them.
+    (E, 12), factors (E, 2) of the reported variances; per sample: readout (N, 3, 3), what is added to them.
 
     Returns the number of updates.
     """
@@ -80,7 +80,7 @@ def run(s, p, par, time, last, gyroscope, accelerometer, magnetometer, modes, co
         if keep_all:
             add_readout_error(readout[t], s, par, q)
         if count == 0 or not keep_all:  # the smoother writes them after the first update
-            stated(s, p, par, q, covariances[t])
+            reported(s, p, par, q, covariances[t])
         for i in range(4):
             modes[t, i] = q[i]
     return count

@@ -1,7 +1,7 @@
 """What a magnetometer tells about heading, and how far to believe it.
 
 Of a disturbance only two components can be seen: those that change the field's strength and its dip, that is its
-horizontal and its upward part. The third turns the heading. It is taken to be as large as the two visible ones, so
+horizontal and its upward part. The third rotates the heading. It is taken to be as large as the two visible ones, so
 that a disturbed sample is not dropped but counts for less, and none is believed more than its surroundings allow.
 """
 
@@ -91,8 +91,8 @@ def field_update(s, p, par, x, gain, column, out):
     residual -= 2.0 * math.pi * math.floor(residual / (2.0 * math.pi) + 0.5)
     surprise = residual * residual / (predicted + variance)
     if surprise > HEADING_LIMIT:
-        s[at.HEADING_REFUSED] += dt
-        if s[at.HEADING_REFUSED] < par[at.P_NEW_TIME]:
+        s[at.HEADING_REJECTED] += dt
+        if s[at.HEADING_REJECTED] < par[at.P_NEW_TIME]:
             out[at.O_CODE] = HEADING
             out[at.O_STATISTIC] = surprise
             return 0.0
@@ -100,10 +100,11 @@ def field_update(s, p, par, x, gain, column, out):
         p[2, 2] += residual * residual
         column[2] += residual * residual
         predicted += residual * residual
-    s[at.HEADING_REFUSED] = 0.0
+    s[at.HEADING_REJECTED] = 0.0
     # Errors of a magnetometer are places, not noise: independent once in twice the time a place lasts.
     variance *= 2.0 * par[at.P_MAG_TIME] / dt
-    # Directions on a circle add as vectors of length κ (von Mises: the Bingham law along the girdle of headings).
+    # Directions on a circle add as vectors of length κ (von Mises: the Bingham distribution along the girdle of
+    # headings).
     prior = 0.5 / math.sinh(0.5 * min(predicted, 40.0))
     move = math.atan2(math.sin(residual), prior * variance + math.cos(residual))
     effective = move * (predicted + variance) / predicted

@@ -48,11 +48,11 @@ def rotate(s, p, par, dt, x, y, z, rotation):
         return
     if gap:
         change2 = deviation + (x - last_x) ** 2 + (y - last_y) ** 2 + (z - last_z) ** 2
-        turned, fallen = gap_variance(dt, change2), (par[at.P_GRAVITY] * dt) ** 2
+        rotated, fallen = gap_variance(dt, change2), (par[at.P_GRAVITY] * dt) ** 2
         for i in range(3):
-            p[i, i] += turned
+            p[i, i] += rotated
             p[3 + i, 3 + i] += fallen
-        s[at.GAP_TURN] += turned
+        s[at.GAP_TURN] += rotated
         s[at.GAP_SPEED] += fallen
         x, y, z = 0.5 * (x + last_x), 0.5 * (y + last_y), 0.5 * (z + last_z)
     wx = (x - s[at.BIAS]) * dt

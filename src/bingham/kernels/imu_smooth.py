@@ -7,8 +7,8 @@ import math
 import numpy as np
 
 from bingham.kernels.compile import compiled
+from bingham.kernels.imu_reported import JUDGED_TIME
 from bingham.kernels.imu_state import covariance_step, transition_rows
-from bingham.kernels.imu_stated import JUDGED_TIME
 from bingham.kernels.quaternion import from_rotation_vector, product
 
 __all__ = ["smooth"]
@@ -64,7 +64,7 @@ def smooth(indices, time, filtered, transitions, corrections, factors, readout, 
     filter's and become the smoother's.
 
     P_s = P + G (P_s⁺ − P⁻) Gᵀ, e_s = G (e_s⁺ + correction), G = P Fᵀ (P⁻)⁻¹ (Rauch, Tung & Striebel 1965). Across a
-    restart of the filter nothing is handed back. Variances are stated as the filter's: by `factors` (E, 2), averaged
+    restart of the filter nothing is handed back. Variances are reported as the filter's: by `factors` (E, 2), averaged
     backwards as they were forwards, plus `readout` (N, 3, 3).
     """
     count = indices.size

@@ -7,8 +7,8 @@ import math
 from bingham.kernels import imu_state as at
 from bingham.kernels.compile import compiled
 from bingham.kernels.imu_field import field_update
+from bingham.kernels.imu_reported import judge
 from bingham.kernels.imu_state import coupling_matrix, covariance_step, scalar_update
-from bingham.kernels.imu_stated import judge
 from bingham.kernels.quaternion import from_rotation_vector, product
 
 __all__ = ["update"]
@@ -62,10 +62,10 @@ def _restart(s, p, par):
 
 @compiled()
 def _rest_is_believed(s, p, par, dt):
-    """Whether a steady rate is a bias and not a slow turn; widen the law of the bias where its prior was wrong.
+    """Whether a steady rate is a bias and not a slow rotation; widen the bias where its prior was wrong.
 
     The first rest shows the bias, whatever the prior said. Afterwards a steady rate that contradicts the known bias
-    is a slow turn, unless it lasts.
+    is a slow rotation, unless it lasts.
     """
     contradicted = False
     for i in range(3):
@@ -73,14 +73,14 @@ def _rest_is_believed(s, p, par, dt):
         if residual * residual > CONTRADICTION_LIMIT * (p[6 + i, 6 + i] + par[at.P_REST_NOISE] ** 2):
             contradicted = True
     if not contradicted:
-        s[at.REST_REFUSED] = 0.0
+        s[at.REST_REJECTED] = 0.0
         return True
-    s[at.REST_REFUSED] += dt
-    if s[at.REST_SEEN] > 0.0 and s[at.REST_REFUSED] < LASTING_REST:
+    s[at.REST_REJECTED] += dt
+    if s[at.REST_SEEN] > 0.0 and s[at.REST_REJECTED] < LASTING_REST:
         return False
     for i in range(3):
         p[6 + i, 6 + i] += par[at.P_WIDE_BIAS] ** 2
-    s[at.REST_REFUSED] = 0.0
+    s[at.REST_REJECTED] = 0.0
     return True
 
 

@@ -1,4 +1,4 @@
-"""The plain inertial filter: gyroscope turns and diffuses the law, gravity and the field's heading add to it."""
+"""The plain inertial filter: gyroscope rotates and diffuses, gravity and the field's heading add to it."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def gravity_likelihood(b0, b1, b2, concentration, matrix):
 
 @compiled()
 def heading_likelihood(q, m, east, north, concentration, matrix):
-    """Write −2κ v vᵀ, v = k ⊗ q_h, to matrix (4, 4): q turned about the vertical until m points to (east, north).
+    """Write −2κ v vᵀ, v = k ⊗ q_h, to matrix (4, 4): q rotated about the vertical until m points to (east, north).
 
     q (4,) predicted mode, m (3,) body vector. Returns False where m is vertical and has no heading.
     """
@@ -75,7 +75,7 @@ def run_inertial(z, frame, steps, gyroscope, gaps, accelerometer, magnetometer, 
     """Filter T inertial samples; z (4,), frame (4, 4; by rows) hold the end state.
 
     steps (T,): seconds since the sample before, 0 for none. gyroscope (T, 3) rad/s; gaps (T,): variance, rad² per axis,
-    of the turn in a gap before the sample, else 0; accelerometer, magnetometer (T, 3)
+    of the rotation in a gap before the sample, else 0; accelerometer, magnetometer (T, 3)
     or (0, 3); NaN rows are skipped. Rates per second: gyroscope_variance (rad²/s), gravity_information,
     heading_information (1/rad²/s); the last two times the share of a sample give its κ. keep_statistic and
     keep_decision are (T, 2): gravity, heading.

@@ -66,14 +66,14 @@ def _among(squared, reach):
 
 
 @compiled()
-def lcd_distance(points, mirrored, middle, reach, first, nodes, weights, gradient):
+def lcd_distance(points, symmetric, middle, reach, first, nodes, weights, gradient):
     """Return D of equally weighted points and write its gradient with respect to `points` (p, n).
 
-    The set is `points`, their negatives if `mirrored`, and `middle` points at 0. reach is B; first is D₁; nodes and
+    The set is `points`, their negatives if `symmetric`, and `middle` points at 0. reach is B; first is D₁; nodes and
     weights (K,) give D₂(r) = Σ weights·exp(−nodes·r), nodes = 1/(2(1+2b²)).
     """
     p, n = points.shape
-    copies = 2 if mirrored else 1
+    copies = 2 if symmetric else 1
     m = copies * p + middle
     gradient[:] = 0.0
     # Sums over all points (D₂) and over all unordered pairs of two points (D₃).
@@ -98,7 +98,7 @@ def lcd_distance(points, mirrored, middle, reach, first, nodes, weights, gradien
             value, derivative = _among(r, reach)
             among += copies * middle * value
             slope += 2.0 * pair * copies * middle * derivative
-        if mirrored:
+        if symmetric:
             value, derivative = _among(4.0 * r, reach)
             among += value
             slope += 8.0 * pair * derivative
@@ -117,7 +117,7 @@ def lcd_distance(points, mirrored, middle, reach, first, nodes, weights, gradien
             for k in range(n):
                 gradient[i, k] += derivative * minus[k]
                 gradient[j, k] -= derivative * minus[k]
-            if mirrored:
+            if symmetric:
                 value, derivative = _among(t, reach)
                 among += copies * value
                 derivative *= 4.0 * copies * pair

@@ -15,7 +15,7 @@ __all__ = ["LOWPASS_STATE", "average_specific_force"]
 
 # Quaternion of the held frame, weight of each stage's running mean (2), first and second stage (3 each).
 LOWPASS_STATE = 12
-# rad², variance of the turn in a gap beyond which directions from before it are worth nothing (6° per axis).
+# rad², variance of the rotation in a gap beyond which directions from before it are worth nothing (6° per axis).
 LOST_FRAME = 0.01
 
 
@@ -32,7 +32,7 @@ def average_specific_force(steps, gyroscope, gaps, accelerometer, time_constant,
 
     Each stage obeys m ← m + a (x − m) with a = 1 − e^{−dt/τ}, but is a plain mean until that settles. Rows of NaN are
     predicted from the average; before the first sample out is NaN. A zero state starts afresh, and so do the means
-    after a gap in which the held frame is lost: gaps (T,) has the variance of the turn in it, rad².
+    after a gap in which the held frame is lost: gaps (T,) has the variance of the rotation in it, rad².
     """
     w, x, y, z = state[0], state[1], state[2], state[3]
     if w == 0.0 and x == 0.0 and y == 0.0 and z == 0.0:

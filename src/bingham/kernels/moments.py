@@ -18,7 +18,7 @@ from bingham.kernels.rule import log_normalizer_derivatives
 
 __all__ = ["MAX_EVALUATIONS", "concentrations", "concentrations_2", "concentrations_4"]
 
-# Three suffice in practice; more than this many means that ω is no moment of a Bingham law.
+# Three suffice in practice; more than this many means that ω is no moment of a Bingham distribution.
 MAX_EVALUATIONS = 20
 # Newton converges quadratically: a residual below this leaves an error at rounding level after the last correction.
 TOLERANCE = 1e-6

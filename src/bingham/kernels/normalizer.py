@@ -74,9 +74,9 @@ def node_4(sr, si, cr, ci, z0, z1, z2):
     xr = u if left else (-t if low else t)
     xi = t if left else abs(u)
     above = pi > 0.0
-    turned = (not low) if above != (qi > 0.0) else (not above)
+    rotated = (not low) if above != (qi > 0.0) else (not above)
     k = size * n
-    k = -k if turned else k
+    k = -k if rotated else k
     fr, fi = (cr * xr + ci * xi) * k, (ci * xr - cr * xi) * k
     m01 *= n
     m23 *= n

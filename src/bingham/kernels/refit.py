@@ -1,4 +1,4 @@
-"""The Bingham law of a second moment, and the weights of a likelihood's fractions, for one law at a time."""
+"""The Bingham distribution of a second moment, and the powers of a progressive likelihood, one at a time."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ __all__ = ["fraction", "refit"]
 
 
 @compiled()
-def refit(moment, m, least):
-    """Return (z, M, log F, ω, smallest eigenvalue) of the law with this second moment (d, d), eigenvalues ≥ `least`.
+def refit(moment, m, minimum):
+    """Return (z, M, log F, ω, smallest eigenvalue) with this second moment (d, d), eigenvalues ≥ `minimum`.
 
     m (d, d) is a frame by columns near the eigenvectors, in which small eigenvalues keep their digits. log F is NaN if
     the moment holds a NaN.
@@ -32,7 +32,7 @@ def refit(moment, m, least):
     smallest = w[0]
     total = 0.0
     for i in range(d):
-        w[i] = max(w[i], least)
+        w[i] = max(w[i], minimum)
         total += w[i]
     for i in range(d):
         w[i] /= total
@@ -55,8 +55,8 @@ def _share(weights, log_likelihood, top, power):
 
 
 @compiled()
-def fraction(weights, log_likelihood, least, remaining):
-    """Return the largest power ≤ remaining whose effective share is `least` of what a vanishing power leaves.
+def fraction(weights, log_likelihood, minimum, remaining):
+    """Return the largest power ≤ remaining whose effective share is `minimum` of what a vanishing power leaves.
 
     weights (m,) with sum 1; log_likelihood (m,), −∞ allowed but not everywhere.
     """
@@ -68,7 +68,7 @@ def fraction(weights, log_likelihood, least, remaining):
         if log_likelihood[i] > -math.inf:
             bottom = min(bottom, log_likelihood[i])
             alive += weights[i]
-    target = least * alive
+    target = minimum * alive
     if top == bottom or _share(weights, log_likelihood, top, remaining) >= target:
         return remaining
     # Weights between 1 and e^{−low (top − bottom)} hardly differ, which bounds the root from below.

@@ -1,4 +1,4 @@
-"""Steps of the second-order quaternion filter: laws of orientation and spin in, new arrays out.
+"""Steps of the second-order quaternion filter: distributions of orientation and spin in, new arrays out.
 
 Frames come and go by columns, as `Bingham` stores them; inside they are rows, as in `kernels.step`.
 """
@@ -19,7 +19,7 @@ __all__ = ["composed_spin", "conditioned_spin"]
 
 @compiled()
 def _tangent_parts(z, frame, left, tangent, work):
-    """Return E[(modeᵀ x)²] of the law (z, frame), as `compose_4` takes a noise, and write its tangent moment (3, 3).
+    """Return E[(modeᵀ x)²] of (z, frame), as `compose_4` takes a noise, and write its tangent moment (3, 3).
 
     E[e eᵀ] of the vector part e of x ⊗ mode* (left) or mode* ⊗ x (right).
     """
@@ -45,7 +45,7 @@ def _tangent_parts(z, frame, left, tangent, work):
 
 @compiled()
 def composed_spin(z, m, spin_z, spin_m):
-    """Return (z', M', log F') of the moment-matched law of v ⊗ x, v ~ (spin_z, spin_m), x ~ (z, m)."""
+    """Return (z', M', log F') of the moment-matched distribution of v ⊗ x, v ~ (spin_z, spin_m), x ~ (z, m)."""
     z, frame, spin = z.copy(), m.T.copy(), spin_m.T.copy()
     work, tangent = work_space_4(), np.empty((3, 3))
     weight = _tangent_parts(spin_z, spin, True, tangent, work)
@@ -55,23 +55,23 @@ def composed_spin(z, m, spin_z, spin_m):
 
 @compiled()
 def conditioned_spin(spin_z, spin_m, z, m, y, sensor_z, sensor_frame, left):
-    """Return (z', M', log F') of the spin given the orientation y of the body and the law (z, m) of one step before.
+    """Return (z', M', log F') of the spin given the orientation y of the body and (z, m) of one step before.
 
-    The likelihood of y as a law of the orientation, composed with the inverse of the earlier one, multiplies the spin's
-    law (Glover & Kaelbling 2013, §4). sensor_frame holds the conjugated noise axes by rows.
+    The likelihood of y as a distribution of the orientation, composed with the inverse of the earlier one, multiplies
+    the spin's distribution (Glover & Kaelbling 2013, §4). sensor_frame holds the conjugated noise axes by rows.
     """
-    turned, before = sensor_frame.copy(), m.T.copy()
+    rotated, before = sensor_frame.copy(), m.T.copy()
     if left:
-        rotate_rows_right(turned, y)
+        rotate_rows_right(rotated, y)
     else:
-        rotate_rows_left(y, turned)
+        rotate_rows_left(y, rotated)
     for j in range(4):
         for k in range(1, 4):
             before[j, k] = -before[j, k]
     work, tangent = work_space_4(), np.empty((3, 3))
     weight = _tangent_parts(z, before, False, tangent, work)
     turn_z = sensor_z.copy()
-    compose_4(turn_z, turned, before[3], tangent, weight, False, work)
+    compose_4(turn_z, rotated, before[3], tangent, weight, False, work)
     new_z, new_frame = spin_z.copy(), spin_m.T.copy()
-    update_4(new_z, new_frame, turn_z, turned, work)
+    update_4(new_z, new_frame, turn_z, rotated, work)
     return new_z, new_frame.T.copy(), math.log(gradient_4(new_z, work[0]))

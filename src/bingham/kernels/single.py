@@ -1,4 +1,4 @@
-"""Single filter steps for callers from Python: laws in, new arrays out (M by columns, as `Bingham` stores it)."""
+"""Single filter steps for callers from Python: values in, new arrays out (M by columns, as `Bingham` stores it)."""
 
 from __future__ import annotations
 
@@ -24,23 +24,23 @@ def composed_4(z, m, mode, tangent, weight, left):
 
 
 @compiled()
-def diffused_4(z, mix):
+def diffused_4(z, uniform_weight):
     """Return (z', log F') of `step.diffuse_4`."""
     z = z.copy()
-    log_f = diffuse_4(z, mix, work_space_4())
+    log_f = diffuse_4(z, uniform_weight, work_space_4())
     return z, log_f
 
 
 @compiled()
 def updated_4(z, m, y, sensor_z, sensor_frame, left):
     """Return (z', M', log F', top) of `step.update_4` for the measured orientation y and conjugated noise axes."""
-    z, frame, turned = z.copy(), m.T.copy(), sensor_frame.copy()
+    z, frame, rotated = z.copy(), m.T.copy(), sensor_frame.copy()
     if left:
-        rotate_rows_right(turned, y)
+        rotate_rows_right(rotated, y)
     else:
-        rotate_rows_left(y, turned)
+        rotate_rows_left(y, rotated)
     work = work_space_4()
-    top = update_4(z, frame, sensor_z, turned, work)
+    top = update_4(z, frame, sensor_z, rotated, work)
     return z, frame.T.copy(), math.log(gradient_4(z, work[0])), top
 
 
@@ -54,7 +54,7 @@ def added_4(z, m, matrix):
 
 
 @compiled()
-def _law_2(z1, c, s):
+def _distribution_2(z1, c, s):
     z, m = np.empty(2), np.empty((2, 2))
     z[0], z[1] = z1, 0.0
     n = 1.0 / math.hypot(c, s)
@@ -68,7 +68,7 @@ def composed_2(z, m, mode, noise_w):
     _, w, _ = derivatives_2(z[0])
     c, s = m[0, 1] * mode[0] - m[1, 1] * mode[1], m[1, 1] * mode[0] + m[0, 1] * mode[1]
     z1, log_f, _ = concentrations_2(w + noise_w - 2.0 * w * noise_w)
-    z, m = _law_2(z1, c, s)
+    z, m = _distribution_2(z1, c, s)
     return z, m, log_f
 
 
@@ -78,5 +78,5 @@ def updated_2(z, m, y, sensor_z, sensor_mode):
     a, b = y[0] * sensor_mode[0] + y[1] * sensor_mode[1], y[1] * sensor_mode[0] - y[0] * sensor_mode[1]
     z1, c, s, top = update_2(z[0], m[0, 1], m[1, 1], sensor_z[0], a, b)
     log_f, _, _ = derivatives_2(z1)
-    z, m = _law_2(z1, c, s)
+    z, m = _distribution_2(z1, c, s)
     return z, m, log_f, top

@@ -1,8 +1,8 @@
 """One prediction or update of the first-order Bingham filter, and whole sequences of them.
 
-A law is carried as concentrations z (d,), ascending with z_d = 0, and its frame (d, d) by rows: frame[j] is the j-th
-principal axis, the last one the mode. Both steps work in the frame of the law that came in, where small
-eigenvalues keep their relative accuracy and Jacobi's method starts nearly diagonal.
+A distribution is carried as concentrations z (d,), ascending with z_d = 0, and its frame (d, d) by rows: frame[j] is
+the j-th principal axis, the last one the mode. Both steps work in the frame of the distribution that came in, where
+small eigenvalues keep their relative accuracy and Jacobi's method starts nearly diagonal.
 """
 
 from __future__ import annotations
@@ -30,30 +30,30 @@ def work_space_4():
 
 
 @compiled()
-def diffuse_4(z, mix, work):
-    """Isotropic diffusion: ω ← ω + mix (¼ − ω), mix = 1 − exp(−σ²t); the frame stays. Returns log F."""
+def diffuse_4(z, uniform_weight, work):
+    """Isotropic diffusion: ω ← ω + c (¼ − ω), c = `uniform_weight` = 1 − exp(−σ²t); the frame stays. Returns log F."""
     gradient_4(z, work[0])
-    return diffuse_known_4(z, mix, work)
+    return diffuse_known_4(z, uniform_weight, work)
 
 
 @compiled()
-def diffuse_known_4(z, mix, work):
+def diffuse_known_4(z, uniform_weight, work):
     """`diffuse_4` with the moments of z in work[0] already."""
     w = work[0]
     for i in range(4):
-        w[i] += mix * (0.25 - w[i])
+        w[i] += uniform_weight * (0.25 - w[i])
     log_f, _ = concentrations_4(w, z)
     return log_f
 
 
 @compiled()
 def compose_4(z, frame, mode, tangent, weight, left, work):
-    """Moment-matched law of x ⊕ v (left: v ⊕ x), in place; returns log F.
+    """Moment-matched distribution of x ⊕ v (left: v ⊕ x), in place; returns log F.
 
     The noise v has second moment weight·m mᵀ + Σ νᵢ (m ⊕ eᵢ)(m ⊕ eᵢ)ᵀ with mode m (left: eᵢ ⊕ m) and pure
     quaternions eᵢ; tangent (3, 3) = Σ νᵢ eᵢ eᵢᵀ, so that weight + tr tangent = 1.
 
-    S' = Σ_m ν_m R_m S R_mᵀ (Glover & Kaelbling 2013, A.9.2), written in the turned frame of x: right multiplication by
+    S' = Σ_m ν_m R_m S R_mᵀ (Glover & Kaelbling 2013, A.9.2), written in the rotated frame of x: right multiplication by
     a pure unit quaternion e is antisymmetric, and between the axes of an orthonormal quaternion frame its entries are
     ± aₖ·e, where a_j is the vector part of conj(frame[3]) ⊗ frame[j].
     """
@@ -182,18 +182,19 @@ def add_matrix_4(z, frame, matrix, work):
 
 
 @compiled()
-def run_4(z, frame, controls, mixes, mode, tangent, weight, left, measurements, sensor_z, sensor_frame, sensor_log_f,
-          threshold, keep_z, keep_frame, keep_evidence, keep_statistic, keep_decision):  # fmt: skip
+def run_4(z, frame, controls, uniform_weights, mode, tangent, weight, left, measurements, sensor_z, sensor_frame,
+sensor_log_f,
+          threshold, keep_z, keep_frame, keep_evidence, keep_nis, keep_decision):  # fmt: skip
     """Filter a sequence: for every row of measurements (T, 4) predict, then update; z and frame hold the end state.
 
-    controls (T, 4) or (0, 4): known rotation of each step; mixes (T,) or (0,): isotropic diffusion instead of the noise
-    (mode, tangent, weight) of `compose_4`, 0 for no prediction. sensor_frame holds the conjugated noise axes; a
-    measurement with NaN is missing. An update whose statistic −2·top exceeds the threshold is rejected.
+    controls (T, 4) or (0, 4): known rotation of each step; uniform_weights (T,) or (0,): isotropic diffusion instead
+    of the noise (mode, tangent, weight) of `compose_4`, 0 for no prediction. sensor_frame holds the conjugated noise
+    axes; a measurement with NaN is missing. An update whose NIS −2·top exceeds the threshold is rejected.
     keep_* are (T, …), or (1, …) to keep the last step only.
     """
     steps = measurements.shape[0]
     work = work_space_4()
-    turned = np.empty((4, 4))
+    rotated = np.empty((4, 4))
     old_z, old_frame = np.empty(4), np.empty((4, 4))
     # Whether work[0] holds the moments of z: an accepted update leaves them there.
     known = False
@@ -205,32 +206,32 @@ def run_4(z, frame, controls, mixes, mode, tangent, weight, left, measurements, 
                 rotate_rows_left(controls[t], frame)
             else:
                 rotate_rows_right(frame, controls[t])
-        if mixes.size == 0:
+        if uniform_weights.size == 0:
             log_f = compose_known_4(z, frame, mode, tangent, weight, left, work)
-        elif mixes[t] > 0.0:
-            log_f = diffuse_known_4(z, mixes[t], work)
+        elif uniform_weights[t] > 0.0:
+            log_f = diffuse_known_4(z, uniform_weights[t], work)
         else:
             log_f = math.log(gradient_4(z, work[0]))
         row = t if keep_z.shape[0] == steps else 0
         y = measurements[t]
         if math.isnan(y[0] + y[1] + y[2] + y[3]):
-            evidence, statistic, decision = 0.0, math.nan, MISSING
+            evidence, nis, decision = 0.0, math.nan, MISSING
             known = False
             orthonormalize_4(frame)
         else:
-            turned[:] = sensor_frame
+            rotated[:] = sensor_frame
             if left:
-                rotate_rows_right(turned, y)
+                rotate_rows_right(rotated, y)
             else:
-                rotate_rows_left(y, turned)
+                rotate_rows_left(y, rotated)
             old_z[:] = z
             old_frame[:] = frame
-            top = update_4(z, frame, sensor_z, turned, work)
-            statistic = -2.0 * top
+            top = update_4(z, frame, sensor_z, rotated, work)
+            nis = -2.0 * top
             evidence = math.log(gradient_4(z, work[0])) + top - log_f - sensor_log_f
             decision = ACCEPTED
             known = True
-            if statistic > threshold:
+            if nis > threshold:
                 decision = REJECTED
                 known = False
                 z[:] = old_z
@@ -239,25 +240,26 @@ def run_4(z, frame, controls, mixes, mode, tangent, weight, left, measurements, 
         keep_z[row] = z
         keep_frame[row] = frame
         keep_evidence[row] = evidence
-        keep_statistic[row] = statistic
+        keep_nis[row] = nis
         keep_decision[row] = decision
 
 
 @compiled()
-def run_many_4(z, frame, controls, mixes, mode, tangent, weight, left, measurements, sensor_z, sensor_frame,
-               sensor_log_f, threshold, keep_z, keep_frame, keep_evidence, keep_statistic, keep_decision):  # fmt: skip
-    """`run_4` for independent filters: a leading batch axis on every array but the noises and mixes."""
+def run_many_4(z, frame, controls, uniform_weights, mode, tangent, weight, left, measurements, sensor_z, sensor_frame,
+               sensor_log_f, threshold, keep_z, keep_frame, keep_evidence, keep_nis, keep_decision):  # fmt: skip
+    """`run_4` for independent filters: a leading batch axis on every array but the noises and uniform_weights."""
     for i in range(z.shape[0]):
-        run_4(z[i], frame[i], controls[i], mixes, mode, tangent, weight, left, measurements[i], sensor_z, sensor_frame,
-              sensor_log_f, threshold, keep_z[i], keep_frame[i], keep_evidence[i], keep_statistic[i],
+        run_4(z[i], frame[i], controls[i], uniform_weights, mode, tangent, weight, left, measurements[i], sensor_z,
+        sensor_frame,
+              sensor_log_f, threshold, keep_z[i], keep_frame[i], keep_evidence[i], keep_nis[i],
               keep_decision[i])  # fmt: skip
 
 
 @compiled()
 def update_2(z1, c, s, y1, a, b):
-    """Product of the d = 2 laws with (z1, mode (c, s)) and (y1, mode (a, b)).
+    """Product of the d = 2 distributions with (z1, mode (c, s)) and (y1, mode (a, b)).
 
-    With κ = −z₁/2 both are von Mises laws of the doubled angle (Kurz et al. 2014, eq. 76), so κ e^{2iμ} add.
+    With κ = −z₁/2 both are von Mises distributions of the doubled angle (Kurz et al. 2014, eq. 76), so κ e^{2iμ} add.
     Returns (z₁, mode c, mode s, largest eigenvalue of the sum).
     """
     k, j = -0.5 * z1, -0.5 * y1
@@ -280,8 +282,9 @@ def update_2(z1, c, s, y1, a, b):
 
 
 @compiled()
-def run_2(z, frame, controls, mixes, mode, noise_w, measurements, sensor_z, sensor_mode, sensor_log_f, threshold,
-          keep_z, keep_frame, keep_evidence, keep_statistic, keep_decision):  # fmt: skip
+def run_2(z, frame, controls, uniform_weights, mode, noise_w, measurements, sensor_z, sensor_mode, sensor_log_f,
+threshold,
+          keep_z, keep_frame, keep_evidence, keep_nis, keep_decision):  # fmt: skip
     """`run_4` for d = 2, where angles add: noise_w is the small moment of the process noise, mode its mode."""
     steps = measurements.shape[0]
     z1, c, s = z[0], frame[1, 0], frame[1, 1]
@@ -290,26 +293,26 @@ def run_2(z, frame, controls, mixes, mode, noise_w, measurements, sensor_z, sens
         if controls.shape[0] > 0:
             u, v = controls[t, 0], controls[t, 1]
             c, s = c * u - s * v, s * u + c * v
-        if mixes.size == 0:
+        if uniform_weights.size == 0:
             c, s = c * mode[0] - s * mode[1], s * mode[0] + c * mode[1]
             z1, log_f, _ = concentrations_2(w + noise_w - 2.0 * w * noise_w)
-        elif mixes[t] > 0.0:
-            z1, log_f, _ = concentrations_2(w + mixes[t] * (0.5 - w))
+        elif uniform_weights[t] > 0.0:
+            z1, log_f, _ = concentrations_2(w + uniform_weights[t] * (0.5 - w))
         n = 1.0 / math.hypot(c, s)
         c, s = c * n, s * n
         row = t if keep_z.shape[0] == steps else 0
         x, y = measurements[t, 0], measurements[t, 1]
         if math.isnan(x + y):
-            evidence, statistic, decision = 0.0, math.nan, MISSING
+            evidence, nis, decision = 0.0, math.nan, MISSING
         else:
-            # x ⊕ v = measurement: the likelihood's mode is the measurement turned back by the noise's mode.
+            # x ⊕ v = measurement: the likelihood's mode is the measurement rotated back by the noise's mode.
             a, b = x * sensor_mode[0] + y * sensor_mode[1], y * sensor_mode[0] - x * sensor_mode[1]
             p1, pc, ps, top = update_2(z1, c, s, sensor_z, a, b)
-            statistic = -2.0 * top
+            nis = -2.0 * top
             log_posterior, _, _ = derivatives_2(p1)
             evidence = log_posterior + top - log_f - sensor_log_f
             decision = ACCEPTED
-            if statistic > threshold:
+            if nis > threshold:
                 decision = REJECTED
             else:
                 z1, c, s = p1, pc, ps
@@ -318,16 +321,18 @@ def run_2(z, frame, controls, mixes, mode, noise_w, measurements, sensor_z, sens
         keep_frame[row, 0, 0], keep_frame[row, 0, 1] = -s, c
         keep_frame[row, 1, 0], keep_frame[row, 1, 1] = c, s
         keep_evidence[row] = evidence
-        keep_statistic[row] = statistic
+        keep_nis[row] = nis
         keep_decision[row] = decision
     z[0], z[1] = z1, 0.0
     frame[0, 0], frame[0, 1], frame[1, 0], frame[1, 1] = -s, c, c, s
 
 
 @compiled()
-def run_many_2(z, frame, controls, mixes, mode, noise_w, measurements, sensor_z, sensor_mode, sensor_log_f, threshold,
-               keep_z, keep_frame, keep_evidence, keep_statistic, keep_decision):  # fmt: skip
-    """`run_2` for independent filters: a leading batch axis on every array but the noises and mixes."""
+def run_many_2(z, frame, controls, uniform_weights, mode, noise_w, measurements, sensor_z, sensor_mode, sensor_log_f,
+threshold,
+               keep_z, keep_frame, keep_evidence, keep_nis, keep_decision):  # fmt: skip
+    """`run_2` for independent filters: a leading batch axis on every array but the noises and uniform_weights."""
     for i in range(z.shape[0]):
-        run_2(z[i], frame[i], controls[i], mixes, mode, noise_w, measurements[i], sensor_z, sensor_mode, sensor_log_f,
-              threshold, keep_z[i], keep_frame[i], keep_evidence[i], keep_statistic[i], keep_decision[i])  # fmt: skip
+        run_2(z[i], frame[i], controls[i], uniform_weights, mode, noise_w, measurements[i], sensor_z, sensor_mode,
+        sensor_log_f,
+              threshold, keep_z[i], keep_frame[i], keep_evidence[i], keep_nis[i], keep_decision[i])  # fmt: skip

@@ -1,4 +1,4 @@
-"""Map from standard normal points to the Bingham law on the hemisphere, coordinate by coordinate.
+"""Map from standard normal points to the Bingham distribution on the hemisphere, coordinate by coordinate.
 
 With y₁ = sin θ₁, y₂ = cos θ₁ sin θ₂, …, y_d = cos θ₁ ⋯ cos θ_{d−1} ≥ 0 in the principal axes, the density of θᵢ given
 those before it is, on a sphere of k = d − i + 1 ambient dimensions and with ρ = cos θ₁ ⋯ cos θ_{i−1},
@@ -7,7 +7,7 @@ those before it is, on a sphere of k = d − i + 1 ambient dimensions and with �
 
 because the rest of a Bingham vector, given one coordinate, is Bingham on the smaller sphere. θᵢ is the quantile of
 Φ(sᵢ). The map (Rosenblatt 1952) is odd in s up to the sign of the axis, is the Gaussian scaling at high concentration
-and keeps volume for the uniform law: nothing is singular.
+and keeps volume for the uniform distribution: nothing is singular.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""How far estimates are from the truth, and whether their stated uncertainty is right."""
+"""How far estimates are from the truth, and whether their reported uncertainty is right."""
 
 from bingham.metrics.broad import BroadErrors, broad_errors, broad_rmse, heading_offset
 from bingham.metrics.calibration import (
@@ -8,7 +8,7 @@ from bingham.metrics.calibration import (
     normal_probability,
     uniformity_statistic,
 )
-from bingham.metrics.error import geodesic_error, normalized_error, root_mean_square
+from bingham.metrics.error import geodesic_error, nees, root_mean_square
 
 __all__ = [
     "BroadErrors",
@@ -19,8 +19,8 @@ __all__ = [
     "coverage",
     "geodesic_error",
     "heading_offset",
+    "nees",
     "normal_probability",
-    "normalized_error",
     "root_mean_square",
     "uniformity_statistic",
 ]

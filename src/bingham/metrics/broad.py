@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from bingham.errors import InvalidArgumentError
-from bingham.rotations import compose, conjugate, numbers, unit_rows
+from bingham.rotations import as_numbers, compose, conjugate, unit_rows
 
 __all__ = ["BroadErrors", "broad_errors", "broad_rmse", "heading_offset"]
 
@@ -16,7 +16,7 @@ FloatArray = NDArray[np.float64]
 
 
 class BroadErrors(NamedTuple):
-    """Angles of the error rotation, rad: the whole, its turn about the vertical, the rest; see `broad_errors`."""
+    """Angles of the error rotation, rad: the whole, its rotation about the vertical, the rest; see `broad_errors`."""
 
     total: FloatArray
     heading: FloatArray
@@ -80,7 +80,7 @@ def broad_rmse(estimate: ArrayLike, reference: ArrayLike, score: ArrayLike | Non
 
 
 def heading_offset(estimate: ArrayLike, reference: ArrayLike) -> float:
-    """Return the constant turn about the vertical, rad, that carries a reference closest to estimates (T, 4).
+    """Return the constant rotation about the vertical, rad, that carries a reference closest to estimates (T, 4).
 
     α maximising Σ cos²½(angle between R_z(α) ⊗ reference and estimate), from the leading eigenvector of Σ e eᵀ over
     (e_w, e_z). Needed where the reference's own heading is arbitrary.
@@ -94,7 +94,7 @@ def heading_offset(estimate: ArrayLike, reference: ArrayLike) -> float:
 
 
 def _error(estimate: ArrayLike, reference: ArrayLike) -> FloatArray:
-    known = numbers(reference, "reference")
+    known = as_numbers(reference, "reference")
     if known.shape[-1:] != (4,):
         raise InvalidArgumentError("reference", "shape (..., 4)", known.shape)
     filled = np.where(np.isnan(known), [1.0, 0.0, 0.0, 0.0], known)

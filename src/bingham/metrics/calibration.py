@@ -1,6 +1,6 @@
 """Whether the uncertainty that filters state is right: probabilities of errors, coverage, uniformity.
 
-Unknown truths: what gives a number for each truth gives NaN for a row of NaN; what summarises refuses NaN.
+Unknown truths: what gives a number for each truth gives NaN for a row of NaN; what summarises rejects NaN.
 """
 
 from __future__ import annotations
@@ -29,16 +29,16 @@ FloatArray = NDArray[np.float64]
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(20)
 
 
-def angle_probability(law: Bingham, truth: ArrayLike) -> FloatArray:
-    """Return P(angle(x, ±mode) ≤ angle(truth, ±mode)) (...), x ~ law: the probability integral transform of the angle.
+def angle_probability(distribution: Bingham, truth: ArrayLike) -> FloatArray:
+    """Return P(angle(x, ±mode) ≤ angle(truth, ±mode)) (...), x ~ distribution: the PIT of the angle.
 
-    Uniform on [0, 1] over many truths if the law is right. With t = arccos |xᵀ mode| its density is
+    Uniform on [0, 1] over many truths if the distribution is right. With t = arccos |xᵀ mode| its density is
     2 sin^{d−2}t F_{d−1}(z_rest sin²t)/F(z).
 
     Parameters
     ----------
-    law : Bingham
-        A law or a batch (...).
+    distribution : Bingham
+        A distribution or a batch (...).
     truth : (..., d) array_like
         Unit vectors, broadcast against the batch. A row of NaN is unknown and gives NaN.
 
@@ -47,11 +47,11 @@ def angle_probability(law: Bingham, truth: ArrayLike) -> FloatArray:
     InvalidArgumentError
         If the shapes do not fit together, or a truth has not unit length.
     """
-    angle = geodesic_error(law.mode, truth)
-    shape, d = angle.shape, law.dim
+    angle = geodesic_error(distribution.mode, truth)
+    shape, d = angle.shape, distribution.dim
     angle = np.atleast_1d(angle).ravel()
-    z = np.broadcast_to(law.z, (*shape, d)).reshape(-1, d)
-    log_f = np.broadcast_to(law.log_normalizer, shape).ravel()
+    z = np.broadcast_to(distribution.z, (*shape, d)).reshape(-1, d)
+    log_f = np.broadcast_to(distribution.log_normalizer, shape).ravel()
     # Panels from the mode outwards, the first as wide as the narrowest axis, each next one twice as far out.
     total, left = np.where(np.isnan(angle), np.nan, 0.0), np.zeros(angle.size)
     width = 2.0 / np.sqrt(1.0 - 2.0 * z[:, 0])
@@ -74,7 +74,7 @@ def normal_probability(error: ArrayLike, variance: ArrayLike) -> FloatArray:
     """Return P(|e| ≤ |error|) (...), e ~ N(0, variance > 0); an error of NaN, of an unknown truth, gives NaN."""
     v = np.asarray(variance, dtype=np.float64)
     if not np.all(v > 0.0):
-        raise InvalidArgumentError("variance", "positive values", f"least {v.min():g}")
+        raise InvalidArgumentError("variance", "positive values", f"minimum {v.min():g}")
     return erf(np.abs(np.asarray(error, dtype=np.float64)) / np.sqrt(2.0 * v))
 
 
@@ -95,7 +95,7 @@ def coverage(probability: ArrayLike, level: float = 0.95, axis: int | None = Non
     ----------
     probability : array_like
         From `angle_probability`, `normal_probability` or `chi_square_probability`, in [0, 1]. NaN, from a truth that
-        is unknown, is refused: it is neither inside nor outside.
+        is unknown, is rejected: it is neither inside nor outside.
     level : float
         Of the set, in (0, 1).
     axis : int, optional
@@ -119,7 +119,7 @@ def coverage(probability: ArrayLike, level: float = 0.95, axis: int | None = Non
 def uniformity_statistic(probability: ArrayLike) -> float:
     """Return Kolmogorov's distance sup |empirical − uniform| of probabilities: 0 for perfect calibration.
 
-    Probabilities as for `coverage`; one that is NaN or not in [0, 1] is refused.
+    Probabilities as for `coverage`; one that is NaN or not in [0, 1] is rejected.
     """
     p = np.sort(_probabilities(probability).ravel())
     n = p.size

@@ -8,19 +8,19 @@ from numpy.typing import ArrayLike, NDArray
 from bingham.errors import InvalidArgumentError
 from bingham.rotations import unit_or_missing, unit_rows
 
-__all__ = ["geodesic_error", "known", "normalized_error", "root_mean_square"]
+__all__ = ["geodesic_error", "known", "nees", "root_mean_square"]
 
 FloatArray = NDArray[np.float64]
 
 
 def known(x: ArrayLike, name: str) -> FloatArray:
-    """Return x as float64; a summary of nothing, or of values with NaN among them, is refused."""
+    """Return x as float64; a summary of nothing, or of values with NaN among them, is rejected."""
     a = np.asarray(x, dtype=np.float64)
     if a.size == 0:
         raise InvalidArgumentError(name, "at least one value", "none")
     if missing := int(np.count_nonzero(np.isnan(a))):
-        remedy = f"leave out what belongs to unknown truths: {name}[~np.isnan({name})]"
-        raise InvalidArgumentError(name, "values without NaN", f"NaN in {missing} of {a.size}", remedy)
+        hint = f"leave out what belongs to unknown truths: {name}[~np.isnan({name})]"
+        raise InvalidArgumentError(name, "values without NaN", f"NaN in {missing} of {a.size}", hint)
     return a
 
 
@@ -57,11 +57,11 @@ def geodesic_error(estimate: ArrayLike, truth: ArrayLike, *, axial: bool = True)
 
 
 def root_mean_square(x: ArrayLike, axis: int = -1) -> FloatArray:
-    """Return √(mean x²) along an axis (Kurz et al. 2014, eq. 66); NaN among the values is refused."""
+    """Return √(mean x²) along an axis (Kurz et al. 2014, eq. 66); NaN among the values is rejected."""
     return np.sqrt(np.mean(np.square(known(x, "x")), axis=axis))
 
 
-def normalized_error(estimate: ArrayLike, covariance: ArrayLike, truth: ArrayLike) -> FloatArray:
+def nees(estimate: ArrayLike, covariance: ArrayLike, truth: ArrayLike) -> FloatArray:
     """Return eᵀ C⁻¹ e (...) of a Gaussian estimate of a unit vector, e and C in the tangent space of the estimate.
 
     χ² with d − 1 degrees of freedom if the filter is right (normalised estimation error squared).
@@ -82,7 +82,7 @@ def normalized_error(estimate: ArrayLike, covariance: ArrayLike, truth: ArrayLik
 
     Examples
     --------
-    >>> round(float(normalized_error([1.0, 0.0], [[0.0, 0.0], [0.0, 0.01]], [np.cos(0.2), np.sin(0.2)])), 6)
+    >>> round(float(nees([1.0, 0.0], [[0.0, 0.0], [0.0, 0.01]], [np.cos(0.2), np.sin(0.2)])), 6)
     4.0
     """
     shape = np.shape(estimate)
@@ -107,8 +107,8 @@ def normalized_error(estimate: ArrayLike, covariance: ArrayLike, truth: ArrayLik
     try:
         root = np.linalg.cholesky(basis @ c @ np.swapaxes(basis, -1, -2))
     except np.linalg.LinAlgError:
-        remedy = "a state without uncertainty has no normalised error"
-        raise InvalidArgumentError("covariance", "positive definite across the estimate", "not so", remedy) from None
+        hint = "a state without uncertainty has no normalised error"
+        raise InvalidArgumentError("covariance", "positive definite across the estimate", "not so", hint) from None
     return np.sum(np.linalg.solve(root, f[..., None])[..., 0] ** 2, axis=-1)
 
 

@@ -1,4 +1,4 @@
-"""Motion models: how a law moves and widens between two measurements.
+"""Motion models: how a distribution moves and widens between two measurements.
 
 Each is a small frozen value with ``propagate(state, control, dt) -> Bingham``; ``left`` says on which side
 its noise acts: x ⊕ w (False; body frame, Kurz et al.) or w ⊕ x (True; world frame, Glover & Kaelbling).
@@ -16,13 +16,13 @@ from numpy.typing import ArrayLike, NDArray
 from bingham.distributions.algebra import NoiseParts, compose_spectra, noise_parts
 from bingham.distributions.arguments import check_number
 from bingham.distributions.bingham import Bingham
-from bingham.distributions.checks import check_law
+from bingham.distributions.checks import check_distribution
 from bingham.errors import InvalidArgumentError
 from bingham.kernels.moments import concentrations_2
 from bingham.kernels.single import diffused_4
 from bingham.rotations import from_rotation_vector, unit_rows
 
-__all__ = ["Diffusion", "Gyroscope", "KnownRotation", "MotionModel", "NoisyIdentity", "diffusion_mix"]
+__all__ = ["ControlledRotation", "Diffusion", "Gyroscope", "MotionModel", "RandomWalk", "diffusion_weight"]
 
 FloatArray = NDArray[np.float64]
 
@@ -36,25 +36,25 @@ class MotionModel(Protocol):
         ...
 
     def propagate(self, state: Bingham, control: ArrayLike | None, dt: float | None) -> Bingham:
-        """Return the predicted law."""
+        """Return the predicted distribution."""
         ...
 
 
-def diffusion_mix(variance: ArrayLike, d: int) -> FloatArray:
+def diffusion_weight(variance: ArrayLike, d: int) -> FloatArray:
     """Return 1 − e^{−σ²t} (d = 4) or 1 − e^{−2σ²t} (d = 2): the share of S that Brownian motion makes uniform.
 
-    S' = I/d + (1 − mix)(S − I/d), exact for every σ²t (rad² per axis): x xᵀ − I/d lies in one eigenspace of the
-    Laplacian, of rotations about 3 axes with rates σ² or of the angle in the plane.
+    S' = I/d + (1 − uniform_weight)(S − I/d), exact for every σ²t (rad² per axis): x xᵀ − I/d lies in one eigenspace of
+    the Laplacian, of rotations about 3 axes with rates σ² or of the angle in the plane.
     """
     return -np.expm1(-(1.0 if d == 4 else 2.0) * np.asarray(variance, dtype=np.float64))
 
 
-def _diffused(state: Bingham, mix: float) -> Bingham:
+def _diffused(state: Bingham, uniform_weight: float) -> Bingham:
     if state.dim == 4:
-        z, log_f = diffused_4(state.z, mix)
+        z, log_f = diffused_4(state.z, uniform_weight)
     else:
         w = float(state.axis_moments[0])
-        z1, log_f, _ = concentrations_2(w + mix * (0.5 - w))
+        z1, log_f, _ = concentrations_2(w + uniform_weight * (0.5 - w))
         z = np.array([z1, 0.0])
     return Bingham.from_spectrum(z, state.M, log_f)
 
@@ -62,7 +62,7 @@ def _diffused(state: Bingham, mix: float) -> Bingham:
 def _single(state: Bingham, d: int) -> None:
     if state.dim != d or state.shape:
         raise InvalidArgumentError(
-            "state", f"a single law of dimension {d}", f"dimension {state.dim}, batch {state.shape}"
+            "state", f"a single distribution of dimension {d}", f"dimension {state.dim}, batch {state.shape}"
         )
 
 
@@ -77,7 +77,7 @@ def _time_step(dt: float | None) -> float:
 
 
 @dataclass(frozen=True)
-class NoisyIdentity:
+class RandomWalk:
     """x' = x ⊕ w (or w ⊕ x), w ~ `noise`, once per step whatever its duration (Kurz et al. 2014, eq. 40).
 
     Parameters
@@ -92,9 +92,9 @@ class NoisyIdentity:
     left: bool = False
 
     def __post_init__(self) -> None:
-        check_law(self.noise, "noise")
+        check_distribution(self.noise, "noise")
         if self.noise.dim not in (2, 4) or self.noise.shape:
-            raise InvalidArgumentError("noise", "a single law of dimension 2 or 4", repr(self.noise))
+            raise InvalidArgumentError("noise", "a single distribution of dimension 2 or 4", repr(self.noise))
 
     @property
     def dim(self) -> int:
@@ -107,7 +107,7 @@ class NoisyIdentity:
         return noise_parts(self.noise.z, self.noise.M, self.noise.axis_moments, left=self.left)
 
     def propagate(self, state: Bingham, control: ArrayLike | None = None, dt: float | None = None) -> Bingham:
-        """Return the moment-matched law of x ⊕ w; ``control`` turns the state first, as in `KnownRotation`."""
+        """Return the moment match of x ⊕ w; ``control`` rotates the state first, as in `ControlledRotation`."""
         _single(state, self.dim)
         if control is not None:
             u = unit_rows(control, self.dim, "control")
@@ -116,11 +116,11 @@ class NoisyIdentity:
 
 
 @dataclass(frozen=True)
-class KnownRotation(NoisyIdentity):
+class ControlledRotation(RandomWalk):
     """x' = x ⊕ u ⊕ w (or w ⊕ u ⊕ x): a known rotation u, the control, then noise."""
 
     def propagate(self, state: Bingham, control: ArrayLike | None = None, dt: float | None = None) -> Bingham:
-        """Return the predicted law; ``control`` (d,) is the unit quaternion or unit complex number u."""
+        """Return the predicted distribution; ``control`` (d,) is the unit quaternion or unit complex number u."""
         if control is None:
             raise InvalidArgumentError("control", f"the known rotation, shape ({self.dim},)", None)
         return super().propagate(state, control, dt)
@@ -142,16 +142,16 @@ class Diffusion:
     dim: int = 4
 
     def __post_init__(self) -> None:
-        check_number(self.random_walk, "random_walk", "a finite number >= 0, rad/√s", least=0.0)
+        check_number(self.random_walk, "random_walk", "a finite number >= 0, rad/√s", minimum=0.0)
         if self.dim not in (2, 4):
             raise InvalidArgumentError("dim", "2 or 4", self.dim)
 
     def propagate(self, state: Bingham, control: ArrayLike | None = None, dt: float | None = None) -> Bingham:
-        """Return the law after dt seconds; ``control`` (d,) is a known rotation on the right."""
+        """Return the distribution after dt seconds; ``control`` (d,) is a known rotation on the right."""
         _single(state, self.dim)
         if control is not None:
             state = state.rotate(right=control)
-        return _diffused(state, float(diffusion_mix(self.random_walk**2 * _time_step(dt), self.dim)))
+        return _diffused(state, float(diffusion_weight(self.random_walk**2 * _time_step(dt), self.dim)))
 
 
 @dataclass(frozen=True)
@@ -168,7 +168,7 @@ class Gyroscope:
     dim: int = 4
 
     def __post_init__(self) -> None:
-        check_number(self.noise_density, "noise_density", "a finite number >= 0, rad/s/√Hz", least=0.0)
+        check_number(self.noise_density, "noise_density", "a finite number >= 0, rad/s/√Hz", minimum=0.0)
         if self.dim != 4:
             raise InvalidArgumentError("dim", "4", self.dim)
 
@@ -178,11 +178,11 @@ class Gyroscope:
         return self.noise_density
 
     def propagate(self, state: Bingham, control: ArrayLike | None = None, dt: float | None = None) -> Bingham:
-        """Return the law after dt seconds at the angular rate ``control`` (3,), rad/s, body frame."""
+        """Return the distribution after dt seconds at the angular rate ``control`` (3,), rad/s, body frame."""
         _single(state, 4)
         step = _time_step(dt)
         rate = np.asarray(control, dtype=np.float64) if control is not None else np.full(3, np.nan)
         if rate.shape != (3,) or not np.all(np.isfinite(rate)):
             raise InvalidArgumentError("control", "a finite angular rate (3,), rad/s", control)
-        turned = state.rotate(right=from_rotation_vector(rate * step))
-        return _diffused(turned, float(diffusion_mix(self.noise_density**2 * step, 4)))
+        rotated = state.rotate(right=from_rotation_vector(rate * step))
+        return _diffused(rotated, float(diffusion_weight(self.noise_density**2 * step, 4)))

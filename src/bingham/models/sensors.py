@@ -15,10 +15,10 @@ from scipy.special import i0e
 
 from bingham.distributions.arguments import check_number
 from bingham.distributions.bingham import Bingham
-from bingham.distributions.checks import check_law
+from bingham.distributions.checks import check_distribution
 from bingham.errors import InvalidArgumentError
 from bingham.kernels.single import added_4, updated_2, updated_4
-from bingham.rotations import compose, conjugate, from_rotation_vector, numbers, rotate, unit_row, unit_rows
+from bingham.rotations import as_numbers, compose, conjugate, from_rotation_vector, rotate, unit_row, unit_rows
 
 __all__ = [
     "Conditioned",
@@ -43,9 +43,9 @@ class Likelihood(NamedTuple):
 
 
 class Conditioned(NamedTuple):
-    """A posterior law, the largest eigenvalue ``top`` ≤ 0 of A + L, and the likelihood's log_normalizer and rank."""
+    """A posterior, the largest eigenvalue ``top`` ≤ 0 of A + L, and the likelihood's log_normalizer and rank."""
 
-    law: Bingham
+    distribution: Bingham
     top: float
     log_normalizer: float
     rank: int
@@ -60,20 +60,22 @@ class Sensor(Protocol):
 
 
 def condition(state: Bingham, sensor: Sensor, z: ArrayLike) -> Conditioned:
-    """Return the law ∝ f(x) f(z | x), x ~ `state`, a single law: its matrix is A + L."""
+    """Return the distribution ∝ f(x) f(z | x), x ~ `state`, a single distribution: its matrix is A + L."""
     if isinstance(sensor, OrientationSensor):
         return sensor.condition(state, z)
     likelihood = sensor.likelihood(z, state)
     if likelihood.matrix.shape != (state.dim, state.dim) or state.shape:
-        raise InvalidArgumentError("state", f"a single law of dimension {likelihood.matrix.shape[-1]}", repr(state))
+        raise InvalidArgumentError(
+            "state", f"a single distribution of dimension {likelihood.matrix.shape[-1]}", repr(state)
+        )
     if state.dim == 4:
         frame_z, frame, log_f, top = added_4(state.z, state.M, likelihood.matrix)
-        law = Bingham.from_spectrum(frame_z, frame, log_f)
+        distribution = Bingham.from_spectrum(frame_z, frame, log_f)
     else:
         values, frame = np.linalg.eigh(state.matrix + likelihood.matrix)
         top = float(values[-1])
-        law = Bingham.from_spectrum(values - top, np.ascontiguousarray(frame))
-    return Conditioned(law, top, likelihood.log_normalizer, likelihood.rank)
+        distribution = Bingham.from_spectrum(values - top, np.ascontiguousarray(frame))
+    return Conditioned(distribution, top, likelihood.log_normalizer, likelihood.rank)
 
 
 @dataclass(frozen=True)
@@ -96,9 +98,9 @@ class OrientationSensor:
     left: bool = False
 
     def __post_init__(self) -> None:
-        check_law(self.noise, "noise")
+        check_distribution(self.noise, "noise")
         if self.noise.dim not in (2, 4) or self.noise.shape:
-            raise InvalidArgumentError("noise", "a single law of dimension 2 or 4", repr(self.noise))
+            raise InvalidArgumentError("noise", "a single distribution of dimension 2 or 4", repr(self.noise))
 
     @cached_property
     def frame(self) -> FloatArray:
@@ -121,7 +123,7 @@ class OrientationSensor:
         noise = self.noise
         d = noise.dim
         if state.z.shape != (d,):
-            raise InvalidArgumentError("state", f"a single law of dimension {d}", repr(state))
+            raise InvalidArgumentError("state", f"a single distribution of dimension {d}", repr(state))
         y = unit_row(z, d, "z")
         if d == 4:
             posterior = updated_4(state.z, state.M, y, noise.z, self.frame, self.left)
@@ -161,7 +163,7 @@ class VectorSensor:
     concentration: float
 
     def __post_init__(self) -> None:
-        r = numbers(self.reference, "reference")
+        r = as_numbers(self.reference, "reference")
         if r.shape != (3,) or not (np.all(np.isfinite(r)) and np.linalg.norm(r) > 0.0):
             raise InvalidArgumentError("reference", "a finite non-zero vector (3,)", self.reference)
         check_number(self.concentration, "concentration", "a finite number > 0", above=0.0)
@@ -183,9 +185,9 @@ class VectorSensor:
 class HeadingSensor:
     """The heading of a body vector (a magnetometer's share); inclination stays untouched: L = −2κ v vᵀ.
 
-    v = k ⊗ q_h with k the vertical and q_h the predicted mode turned about it until the measured vector's horizontal
-    part points along `reference`. Along turns about the vertical this is the von Mises law exp(κ cos ψ) of the heading
-    error ψ.
+    v = k ⊗ q_h with k the vertical and q_h the predicted mode rotated about it until the measured vector's horizontal
+    part points along `reference`. Along turns about the vertical this is the von Mises distribution exp(κ cos ψ) of
+    the heading error ψ.
 
     Parameters
     ----------
@@ -200,7 +202,7 @@ class HeadingSensor:
 
     def __post_init__(self) -> None:
         check_number(self.concentration, "concentration", "a finite number > 0", above=0.0)
-        r = numbers(self.reference, "reference")
+        r = as_numbers(self.reference, "reference")
         if r.shape != (2,) or not (np.all(np.isfinite(r)) and np.linalg.norm(r) > 0.0):
             raise InvalidArgumentError(
                 "reference", "a finite non-zero vector (2,) in the horizontal plane", self.reference

@@ -1,8 +1,9 @@
-"""Figures of laws, mixtures and tracks: functions that take values and return a ``matplotlib.figure.Figure``.
+"""Figures of distributions, mixtures and tracks: functions that take values and return a ``matplotlib.figure.Figure``.
 
-`plot_fit` draws axes with their fitted law, mode and 95 % confidence ellipse; `plot_mixture` a mixture; `plot_track`
-rotations over time with their 95 % bands, `plot_planar_track` axes in the plane; `plot_profiles` what `tune` found.
-Save a figure with ``savefig``. Matplotlib (``pip install 'bingham[plot]'``) is loaded by the first one drawn.
+`plot_fit` draws axes with their fitted distribution, mode and 95 % confidence ellipse; `plot_mixture` a mixture;
+`plot_track` rotations over time with their 95 % bands, `plot_planar_track` axes in the plane; `plot_profiles` what
+`tune` found. Save a figure with ``savefig``. Matplotlib (``pip install 'bingham[plot]'``) is loaded by the first one
+drawn.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""A fitted law with its data: rose (d = 2), lower-hemisphere projection (d = 3), turned axes on a sphere (d = 4)."""
+"""A fit with its data: rose (d = 2), lower-hemisphere projection (d = 3), rotated axes on a sphere (d = 4)."""
 
 from __future__ import annotations
 
@@ -23,17 +23,17 @@ RADIUS_95 = float(np.sqrt(chdtri(2, 0.05)))
 DATA, MODE, PLANE = INK, AXIS_COLOURS[0], AXIS_COLOURS[2]
 
 
-def plot_fit(x: FloatArray, law: Bingham, *, names: Sequence[str] = (), title: str = "") -> Any:
-    """Draw samples and the law fitted to them.
+def plot_fit(x: FloatArray, distribution: Bingham, *, names: Sequence[str] = (), title: str = "") -> Any:
+    """Draw samples and the distribution fitted to them.
 
     Parameters
     ----------
     x : (n, d) ndarray
         Unit vectors, d = 2, 3 or 4.
-    law : Bingham
-        Their law.
+    distribution : Bingham
+        Their distribution.
     names : sequence of str
-        Names of the components; ``n, e, d`` turns the projection to geographic directions.
+        Names of the components; ``n, e, d`` rotates the projection to geographic directions.
     title : str
         Heading.
 
@@ -42,11 +42,13 @@ def plot_fit(x: FloatArray, law: Bingham, *, names: Sequence[str] = (), title: s
     matplotlib.figure.Figure
         Save it with ``savefig``.
     """
-    draw = {2: _draw_rose, 3: _draw_hemisphere, 4: _draw_rotations}.get(law.dim)
+    draw = {2: _draw_rose, 3: _draw_hemisphere, 4: _draw_rotations}.get(distribution.dim)
     if draw is None:
-        raise InvalidArgumentError("law", "dimension 2, 3 or 4, which paper can show", law.dim, "leave the figure out")
+        raise InvalidArgumentError(
+            "distribution", "dimension 2, 3 or 4, which paper can show", distribution.dim, "leave the figure out"
+        )
     figure = new_figure(5.5, 6.0)
-    draw(figure, x, law, tuple(name.lower() for name in names))
+    draw(figure, x, distribution, tuple(name.lower() for name in names))
     figure.suptitle(title, fontsize=11)
     return figure
 
@@ -71,7 +73,7 @@ def draw_density_map(
 ) -> tuple[FloatArray, str]:
     """Draw a density (n, 3) → (n,) on the map of `equal_area`, its edge and what lies there.
 
-    Returns the matrix (3, 3) that turns vectors to the map's (n, e, d), and the name of the hemisphere: other frames
+    Returns the matrix (3, 3) that rotates vectors to the map's (n, e, d), and the name of the hemisphere: other frames
     than the geographic one are drawn as seen from above, first component right, second up, third towards the reader.
     """
     names = names if len(names) == 3 else ("x", "y", "z")
@@ -96,16 +98,16 @@ def draw_density_map(
     return turn, "lower hemisphere" if geographic else f"hemisphere −{names[2]}"
 
 
-def _draw_hemisphere(figure: Any, x: FloatArray, law: Bingham, names: tuple[str, ...]) -> None:
+def _draw_hemisphere(figure: Any, x: FloatArray, distribution: Bingham, names: tuple[str, ...]) -> None:
     axes = figure.subplots()
-    turn, view = draw_density_map(axes, law.pdf, names)
+    turn, view = draw_density_map(axes, distribution.pdf, names)
     axes.plot(*equal_area(x @ turn.T).T, "o", color=DATA, ms=3.5, alpha=0.6, mew=0, label=f"{len(x)} axes")
-    pole, middle, mode = law.M.T @ turn.T
+    pole, middle, mode = distribution.M.T @ turn.T
     edge = np.linspace(0.0, 2 * np.pi, 361)
     circle = np.cos(edge)[:, None] * middle + np.sin(edge)[:, None] * mode
     axes.plot(*_broken(equal_area(circle)).T, color=PLANE, lw=1.0, label="best plane and its pole")
     axes.plot(*equal_area(pole), "s", color=PLANE, ms=6, mfc="none")
-    spread = RADIUS_95 * law.standard_errors(len(x)).axes[:2, 2]
+    spread = RADIUS_95 * distribution.standard_errors(len(x)).axes[:2, 2]
     if np.all(spread < np.pi / 2):  # wider: the data leave the mode open
         around = spread[0] * np.cos(edge)[:, None] * pole + spread[1] * np.sin(edge)[:, None] * middle
         angle = np.linalg.norm(around, axis=1, keepdims=True)
@@ -124,7 +126,7 @@ def _broken(points: FloatArray) -> FloatArray:
     return drawn
 
 
-def _draw_rose(figure: Any, x: FloatArray, law: Bingham, names: tuple[str, ...]) -> None:
+def _draw_rose(figure: Any, x: FloatArray, distribution: Bingham, names: tuple[str, ...]) -> None:
     """Areas are proportional to counts, so radii go with the root of the density."""
     axes = figure.add_subplot(projection="polar")
     angle = np.arctan2(x[:, 1], x[:, 0]) % np.pi
@@ -135,8 +137,10 @@ def _draw_rose(figure: Any, x: FloatArray, law: Bingham, names: tuple[str, ...])
         axes.bar(edges[:-1] + side, np.sqrt(density), width=np.diff(edges), align="edge", color=PALE, ec="white",
                  label=f"{len(x)} axes" if not side else None)  # fmt: skip
     turn = np.linspace(0, 2 * np.pi, 721)
-    axes.plot(turn, np.sqrt(law.pdf(np.stack([np.cos(turn), np.sin(turn)], axis=1))), color=PLANE, label="fitted")
-    mode = np.arctan2(law.mode[1], law.mode[0])
+    axes.plot(
+        turn, np.sqrt(distribution.pdf(np.stack([np.cos(turn), np.sin(turn)], axis=1))), color=PLANE, label="fitted"
+    )
+    mode = np.arctan2(distribution.mode[1], distribution.mode[0])
     top = axes.get_ylim()[1]
     axes.plot([mode, mode + np.pi], [top, top], color=MODE, lw=1.5, label="mode")
     axes.set(yticklabels=[])
@@ -144,14 +148,16 @@ def _draw_rose(figure: Any, x: FloatArray, law: Bingham, names: tuple[str, ...])
     figure.legend(loc="outside lower center", ncols=3, fontsize=8, frameon=False)
 
 
-def _draw_rotations(figure: Any, x: FloatArray, law: Bingham, names: tuple[str, ...]) -> None:
+def _draw_rotations(figure: Any, x: FloatArray, distribution: Bingham, names: tuple[str, ...]) -> None:
     axes = figure.subplots()
     draw_sphere(axes)
-    fitted = law.rvs(3000, rng=np.random.default_rng(0))
+    fitted = distribution.rvs(3000, rng=np.random.default_rng(0))
     draw_axes_cloud(axes, fitted, size=2.0, alpha=0.12)
     draw_axes_cloud(axes, x[np.linspace(0, len(x) - 1, min(len(x), 1000)).astype(int)], size=9.0, alpha=0.7)
     for tip, colour, name in zip(np.eye(3), AXIS_COLOURS, "xyz", strict=True):
-        right, up, _ = project(rotate(law.mode, tip))
+        right, up, _ = project(rotate(distribution.mode, tip))
         axes.plot([0, right], [0, up], color=colour, lw=1.6, label=f"body {name}")
-    axes.set_title(f"where {len(x)} rotations carry the body's axes;\nlines: mode, fine dots: fitted law", fontsize=9)
+    axes.set_title(
+        f"where {len(x)} rotations carry the body's axes;\nlines: mode, fine dots: fitted distribution", fontsize=9
+    )
     figure.legend(loc="outside lower center", ncols=3, fontsize=8, frameon=False)

@@ -1,4 +1,4 @@
-"""A mixture with its data: density and components on S², turned axes by component on S³, rose of the plane."""
+"""A mixture with its data: density and components on S², rotated axes by component on S³, rose of the plane."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def plot_mixture(x: FloatArray, mixture: BinghamMixture, *, names: Sequence[str]
     mixture : BinghamMixture
         Their mixture.
     names : sequence of str
-        Names of the components of a vector; ``n, e, d`` turns the projection to geographic directions.
+        Names of the components of a vector; ``n, e, d`` rotates the projection to geographic directions.
     title : str
         Heading.
 
@@ -66,8 +66,8 @@ def plot_mixture(x: FloatArray, mixture: BinghamMixture, *, names: Sequence[str]
     return figure
 
 
-def draw_density_on_sphere(axes: Any, law: Bingham | BinghamMixture, size: int = 301) -> None:
-    """Shade the visible half of the sphere by the density of a law on S²; its root, so that faint components show."""
+def draw_density_on_sphere(axes: Any, distribution: Bingham | BinghamMixture, size: int = 301) -> None:
+    """Shade the visible half of the sphere by a density on S²; its root, so that faint components show."""
     grid = np.linspace(-1.0, 1.0, size)
     right, up = np.meshgrid(grid, grid)
     inside = right**2 + up**2 <= 1.0
@@ -78,7 +78,7 @@ def draw_density_on_sphere(axes: Any, law: Bingham | BinghamMixture, size: int =
     v = right[..., None] * frame[0] + up[..., None] * frame[1] + depth[..., None] * towards
     density = np.full(right.shape, np.nan)
     rows = v[inside]
-    density[inside] = np.sqrt(law.pdf(rows / np.linalg.norm(rows, axis=1, keepdims=True)))
+    density[inside] = np.sqrt(distribution.pdf(rows / np.linalg.norm(rows, axis=1, keepdims=True)))
     axes.imshow(density, extent=(-1, 1, -1, 1), origin="lower", cmap="Blues", alpha=0.8, interpolation="bilinear")
 
 
@@ -149,9 +149,9 @@ def _draw_plane(figure: Any, x: FloatArray, label: Any, mixture: BinghamMixture,
 
 
 def plot_rotation_cloud(
-    laws: Sequence[Bingham], *, point: ArrayLike = (0.6, 0.7, 0.387), count: int = 1000, rng: Any = None
+    distributions: Sequence[Bingham], *, point: ArrayLike = (0.6, 0.7, 0.387), count: int = 1000, rng: Any = None
 ) -> Any:
-    """Draw an extended Gaussian image of each law of rotations: a point of the sphere turned by `count` samples.
+    """Draw an extended Gaussian image of each distribution: a point of the sphere rotated by `count` samples.
 
     The point itself is drawn in cyan, what the rotations make of it in black (Madaan et al. 2017, Fig. 9, after
     Riedel et al. 2016).
@@ -159,14 +159,14 @@ def plot_rotation_cloud(
     generator = np.random.default_rng(rng)
     start = np.asarray(point, dtype=np.float64)
     start = start / np.linalg.norm(start)
-    figure = new_figure(3.3 * len(laws), 3.8)
-    panels = np.atleast_1d(figure.subplots(1, len(laws)))
-    for axes, law in zip(panels, laws, strict=True):
+    figure = new_figure(3.3 * len(distributions), 3.8)
+    panels = np.atleast_1d(figure.subplots(1, len(distributions)))
+    for axes, distribution in zip(panels, distributions, strict=True):
         draw_sphere(axes)
-        u, v, front = project(rotate(law.rvs(count, rng=generator), start))
+        u, v, front = project(rotate(distribution.rvs(count, rng=generator), start))
         for side, strength in ((~front, 0.15), (front, 0.7)):
             axes.scatter(u[side], v[side], s=4, color="black", lw=0, alpha=strength)
         a, b, _ = project(start)
         axes.plot(a, b, "o", color="cyan", mec=INK, ms=8)
-        axes.set_title("Λ = (" + ", ".join(f"{z:g}" for z in law.z[::-1][1:]) + ")", fontsize=9)
+        axes.set_title("Λ = (" + ", ".join(f"{z:g}" for z in distribution.z[::-1][1:]) + ")", fontsize=9)
     return figure

@@ -27,12 +27,12 @@ __all__ = ["plot_planar_track"]
 
 FloatArray = NDArray[np.float64]
 
-MOST = 500  # credible angles are quadratures, one by one
+MAX_POINTS = 500  # credible angles are quadratures, one by one
 
 
 def plot_planar_track(
     time: FloatArray,
-    laws: Bingham,
+    distributions: Bingham,
     *,
     truth: FloatArray | None = None,
     scored: NDArray[np.bool_] | None = None,
@@ -45,7 +45,7 @@ def plot_planar_track(
     ----------
     time : (T,) ndarray
         Seconds; drawn since the first one.
-    laws : Bingham
+    distributions : Bingham
         Of the axes, d = 2, a batch (T,).
     truth : (T, 2) ndarray, optional
         True axes, NaN where unknown.
@@ -61,15 +61,15 @@ def plot_planar_track(
     matplotlib.figure.Figure
         Save it with ``savefig``.
     """
-    kept = stride(len(time), MOST)
+    kept = stride(len(time), MAX_POINTS)
     seconds, label = since_start(time)
-    t, laws = seconds[kept], laws[kept]
-    band = np.degrees(laws.credible_angle(0.95))
+    t, distributions = seconds[kept], distributions[kept]
+    band = np.degrees(distributions.credible_angle(0.95))
     figure = new_figure(9.0, 4.0 if truth is None else 6.0)
     panels = figure.subplots(1 if truth is None else 2, 1, sharex=True, squeeze=False)[:, 0]
     if measured is not None:
         panels[0].plot(t, _angle(measured[kept]), ".", color=PALE, ms=3, label="measured")
-    line = unbroken(_angle(laws.mode), 90.0)
+    line = unbroken(_angle(distributions.mode), 90.0)
     panels[0].plot(t, line, color=AXIS_COLOURS[2], lw=1.0, label="estimate")
     draw_band(panels[0], t, line, band, AXIS_COLOURS[2])
     panels[0].fill_between([], [], [], color=AXIS_COLOURS[2], alpha=0.2, lw=0, label="95 % band")
@@ -77,7 +77,7 @@ def plot_planar_track(
     fit_angles(panels[0], 180.0, line, band=np.stack([line - band, line + band], axis=1))
     if truth is not None:
         panels[0].plot(t, unbroken(_angle(truth[kept]), 90.0), color=INK, lw=0.7, ls=":", label="truth")
-        off = _wrapped(_angle(laws.mode) - _angle(truth[kept]))
+        off = _wrapped(_angle(distributions.mode) - _angle(truth[kept]))
         # The band lies above the error, whose restless line would hide it.
         panels[1].fill_between(t, -band, band, color=OVERLAY, alpha=0.4, lw=0, zorder=3, label="95 % band")
         panels[1].plot(t, off, color=AXIS_COLOURS[2], lw=0.7, label="error")

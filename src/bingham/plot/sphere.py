@@ -1,4 +1,4 @@
-"""A unit sphere on paper, seen from afar, and rotations on it as clouds of turned axes."""
+"""A unit sphere on paper, seen from afar, and rotations on it as clouds of rotated axes."""
 
 from __future__ import annotations
 

@@ -38,9 +38,9 @@ def new_figure(width: float, height: float) -> Any:
     return Figure(figsize=(width, height), layout="constrained")
 
 
-def stride(size: int, most: int = 3000) -> slice:
+def stride(size: int, maximum: int = 3000) -> slice:
     """Return a slice that keeps at most `most` of `size` samples, evenly."""
-    return slice(None, None, max(1, -(-size // most)))
+    return slice(None, None, max(1, -(-size // maximum)))
 
 
 def since_start(time: NDArray[np.float64]) -> tuple[NDArray[np.float64], str]:

@@ -40,7 +40,7 @@ UNKNOWN = 0.95 * 180.0
 
 def plot_track(
     time: FloatArray,
-    laws: Bingham,
+    distributions: Bingham,
     *,
     covariance: FloatArray | None = None,
     truth: FloatArray | None = None,
@@ -58,10 +58,10 @@ def plot_track(
     ----------
     time : (T,) ndarray
         Seconds; drawn since the first one.
-    laws : Bingham
+    distributions : Bingham
         Of the rotations, d = 4, a batch (T,).
     covariance : (T, 3, 3) ndarray, optional
-        Of a small turn in world axes, rad², NaN where undefined; that of the laws unless given.
+        Of a small rotation in world axes, rad², NaN where undefined; that of the distributions unless given.
     truth : (T, 4) ndarray, optional
         True orientations, NaN where unknown.
     scored : (T,) ndarray of bool, optional
@@ -83,17 +83,17 @@ def plot_track(
     # Thinned before what is costly is computed: no screen has more columns. Errors are not: no peak may be lost.
     kept = stride(len(time))
     seconds, label = since_start(time)
-    modes = laws.mode
-    t, laws = seconds[kept], laws[kept]
+    modes = distributions.mode
+    t, distributions = seconds[kept], distributions[kept]
     if covariance is None:
-        covariance = laws.covariance(frame="world", undefined="nan")
+        covariance = distributions.covariance(frame="world", undefined="nan")
     else:
         covariance = covariance[kept]
     figure = new_figure(11.0, 6.5)
     grid = figure.add_gridspec(3, 2, width_ratios=[2.2, 1.0])
     angles = figure.add_subplot(grid[0, 0])
     heading, inclination = (figure.add_subplot(grid[row, 0], sharex=angles) for row in (1, 2))
-    _draw_angles(angles, t, laws.mode, covariance, None if truth is None else truth[kept])
+    _draw_angles(angles, t, distributions.mode, covariance, None if truth is None else truth[kept])
     if truth is None:
         _draw_widths(heading, inclination, t, covariance)
     else:
@@ -106,7 +106,7 @@ def plot_track(
     if note:
         _say(heading, note, 0.05, "bottom")
     inclination.set(xlabel=label, xlim=(t[0], t[-1]))
-    _draw_cloud(figure.add_subplot(grid[:, 1]), laws, world)
+    _draw_cloud(figure.add_subplot(grid[:, 1]), distributions, world)
     figure.suptitle(title, fontsize=11)
     return figure
 
@@ -133,7 +133,7 @@ def _draw_angles(axes: Any, t: FloatArray, q: FloatArray, covariance: FloatArray
 
 
 def _yaw_pitch_roll(q: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return R = R_z(yaw) R_y(pitch) R_x(roll), (T, 3), and how they follow a small turn in world axes, (T, 3, 3)."""
+    """Return R = R_z(yaw) R_y(pitch) R_x(roll), (T, 3), and their change with a small world rotation, (T, 3, 3)."""
     w, x, y, z = q.T
     yaw = np.arctan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))
     pitch = np.arcsin(np.clip(2 * (w * y - z * x), -1, 1))
@@ -239,17 +239,19 @@ def _limit(*values: FloatArray) -> float:
     return float(1.4 * max(*shown, 0.1)) if shown else 180.0
 
 
-def _draw_cloud(axes: Any, laws: Bingham, world: tuple[str, str, str]) -> None:
+def _draw_cloud(axes: Any, distributions: Bingham, world: tuple[str, str, str]) -> None:
     draw_sphere(axes, world)
-    draw_axes_path(axes, laws.mode)
-    chosen = np.unique(np.linspace(0, len(laws.z) - 1, CLOUDS).astype(int))[1:]
-    # Laws without a clear mode, of a start that knows no heading, would cover the sphere and say nothing.
-    clear = laws.axis_moments[chosen, 3] > 2 * laws.axis_moments[chosen, 2]
+    draw_axes_path(axes, distributions.mode)
+    chosen = np.unique(np.linspace(0, len(distributions.z) - 1, CLOUDS).astype(int))[1:]
+    # Distributions without a clear mode, of a start that knows no heading, would cover the sphere and say nothing.
+    clear = distributions.axis_moments[chosen, 3] > 2 * distributions.axis_moments[chosen, 2]
     rng = np.random.default_rng(0)
-    samples = [laws[int(k)].rvs(CLOUD_SIZE, rng=rng) for k in (chosen[clear] if clear.any() else chosen)]
+    samples = [distributions[int(k)].rvs(CLOUD_SIZE, rng=rng) for k in (chosen[clear] if clear.any() else chosen)]
     if samples:
         draw_axes_cloud(axes, np.concatenate(samples), size=3.0, alpha=0.6)
-    axes.set_title(f"where the body's x, y and z axes point:\npath, and {len(samples)} laws by samples", fontsize=9)
+    axes.set_title(
+        f"where the body's x, y and z axes point:\npath, and {len(samples)} distributions by samples", fontsize=9
+    )
     for name, colour in zip("xyz", AXIS_COLOURS, strict=True):
         axes.plot([], [], "o", color=colour, ms=4, label=f"body {name}")
     axes.legend(loc="lower center", ncols=3, fontsize=8, frameon=False)

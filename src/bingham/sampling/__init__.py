@@ -1,7 +1,7 @@
-"""Point sets that stand for a Bingham law: deterministic ones and random ones, behind one protocol."""
+"""Point sets that stand for a Bingham distribution: deterministic ones and random ones, behind one protocol."""
 
 from bingham.sampling.gaussian_lcd import standard_normal_points
-from bingham.sampling.protocol import Sampler, WeightedPoints, mirrored
+from bingham.sampling.protocol import Sampler, WeightedPoints, with_antipodes
 from bingham.sampling.random import RandomSampling
 from bingham.sampling.riemannian import RiemannianSampling
 from bingham.sampling.unscented import Unscented
@@ -12,6 +12,6 @@ __all__ = [
     "Sampler",
     "Unscented",
     "WeightedPoints",
-    "mirrored",
     "standard_normal_points",
+    "with_antipodes",
 ]

@@ -47,7 +47,7 @@ def cached_array(name: str, compute: Callable[[], NDArray[np.float64]],
         if array.dtype == np.float64 and valid(array):
             return array
     except (OSError, ValueError, EOFError):
-        pass  # absent or damaged: both are mended by computing it
+        pass  # absent or damaged: both are fixed by computing it
     array = compute()
     try:
         path.parent.mkdir(parents=True, exist_ok=True)

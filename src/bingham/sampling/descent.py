@@ -83,8 +83,8 @@ def steepest_descent(points: FloatArray, moment: FloatArray, *, penalty: float =
             length *= 0.5
         else:
             break
-        moved, turned = y - x, new_slope - slope
-        curvature = float(np.sum(moved * turned))
+        moved, rotated = y - x, new_slope - slope
+        curvature = float(np.sum(moved * rotated))
         length = float(np.sum(moved * moved)) / curvature if curvature > 0.0 else 2.0 * length
         x, value, residual, slope = y, new_value, new_residual, new_slope
     raise ConvergenceError(

@@ -42,17 +42,17 @@ def _rule(n: int) -> tuple[float, FloatArray, FloatArray]:
     return first, 0.5 / np.cosh(y) ** 2, weights
 
 
-def distance(points: FloatArray, *, mirrored: bool = False, middle: int = 0) -> tuple[float, FloatArray]:
+def distance(points: FloatArray, *, symmetric: bool = False, middle: int = 0) -> tuple[float, FloatArray]:
     """Return the modified Cramér–von Mises distance D of equally weighted points to N(0, I) and ∂D/∂points (p, n).
 
     D = ∫₀^B b^{1−n} ∫ (F̂(r, b) − F(r, b))² dr db with B = 10 (Li et al. 2019, eq. 6). The set consists of `points`
-    (p, n), their negatives if `mirrored`, and `middle` points at 0.
+    (p, n), their negatives if `symmetric`, and `middle` points at 0.
     """
     from bingham.kernels.lcd import lcd_distance
 
     rows = np.ascontiguousarray(points, dtype=np.float64)
     gradient = np.empty_like(rows)
-    return float(lcd_distance(rows, mirrored, middle, REACH, *_rule(rows.shape[1]), gradient)), gradient
+    return float(lcd_distance(rows, symmetric, middle, REACH, *_rule(rows.shape[1]), gradient)), gradient
 
 
 def _whiten(free: FloatArray, share: float) -> tuple[FloatArray, FloatArray]:
@@ -91,7 +91,7 @@ def _optimize(n: int, m: int, symmetric: bool) -> FloatArray:
 
     def objective(flat: FloatArray) -> tuple[float, FloatArray]:
         x, inverse = constrained(flat)
-        value, slope = distance(x, mirrored=symmetric, middle=middle)
+        value, slope = distance(x, symmetric=symmetric, middle=middle)
         mixed = share * (x.T @ slope)
         slope = (slope - x @ (0.5 * (mixed + mixed.T))) @ inverse
         return value, (slope if symmetric else slope - slope.mean(axis=0)).ravel()
@@ -114,7 +114,7 @@ def _has_unit_moment(points: FloatArray, m: int, n: int) -> bool:
 
 @lru_cache(maxsize=64)
 def standard_normal_points(n: int, m: int, *, symmetric: bool = True) -> FloatArray:
-    """Return m points (m, n) with Σx = 0 and Σ x xᵀ/m = I of least distance D to the standard normal.
+    """Return m points (m, n) with Σx = 0 and Σ x xᵀ/m = I of minimum distance D to the standard normal.
 
     Computed once for each (n, m) and kept on disk (see `sampling.cache.cache_folder`). The array is read-only.
 
@@ -134,9 +134,9 @@ def standard_normal_points(n: int, m: int, *, symmetric: bool = True) -> FloatAr
     ----------
     Hanebeck, Huber & Klumpp, CDC 2009; Gilitschenski & Hanebeck, ACC 2013 (distance, constraint).
     """
-    least = 2 * n if symmetric else n + 1
-    if n < 1 or m < least:
-        raise InvalidArgumentError("m", f"at least {least} points in dimension {n}", m)
+    minimum = 2 * n if symmetric else n + 1
+    if n < 1 or m < minimum:
+        raise InvalidArgumentError("m", f"at least {minimum} points in dimension {n}", m)
     kind = "symmetric" if symmetric else "free"
     points = cached_array(f"normal-{kind}-{n}-{m}-v{VERSION}", lambda: _optimize(n, m, symmetric),
                           lambda a: _has_unit_moment(a, m, n))  # fmt: skip

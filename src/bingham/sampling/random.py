@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from bingham.distributions.arguments import as_generator, whole_number
+from bingham.distributions.arguments import as_generator, integer
 from bingham.distributions.bingham import Bingham
 from bingham.sampling.protocol import WeightedPoints, single
 
@@ -37,7 +37,7 @@ class RandomSampling:
     _generator: np.random.Generator = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
-        whole_number(self.m, "m", 1)
+        integer(self.m, "m", 1)
         object.__setattr__(self, "_generator", as_generator(self.rng))
 
     def sample(self, distribution: Bingham) -> WeightedPoints:

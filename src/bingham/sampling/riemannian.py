@@ -8,7 +8,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from bingham.distributions.arguments import check_number, whole_number
+from bingham.distributions.arguments import check_number, integer
 from bingham.distributions.bingham import Bingham
 from bingham.errors import ConvergenceError, InvalidArgumentError
 from bingham.sampling.descent import steepest_descent
@@ -31,14 +31,14 @@ def gnomonic(normal: FloatArray, z: FloatArray) -> FloatArray:
     """
     if not z[-2] < 0.0:
         raise InvalidArgumentError("distribution", "z < 0 on every axis but the mode's, for map='gnomonic'", z,
-                                   "use map='transport', which covers girdles and the uniform law")  # fmt: skip
+                                   "use map='transport', which covers girdles and uniform ones")  # fmt: skip
     sigma = normal / np.sqrt(-2.0 * z[:-1])
     length = np.sqrt(1.0 + np.einsum("ij,ij->i", sigma, sigma))
     return np.column_stack([sigma, np.ones(len(sigma))]) / length[:, None]
 
 
 def transported(normal: FloatArray, z: FloatArray, *, symmetric: bool) -> FloatArray:
-    """Return unit vectors (m, d) in the principal axes that follow the law when the points s (m, d−1) are normal.
+    """Return unit vectors (m, d) in the principal axes, distributed right when the points s (m, d−1) are normal.
 
     Quantile by quantile, see `kernels.transport`; symmetric says that the second half of s is the first one negated.
     """
@@ -51,7 +51,7 @@ def transported(normal: FloatArray, z: FloatArray, *, symmetric: bool) -> FloatA
 
 @dataclass(frozen=True)
 class RiemannianSampling:
-    """m points of weight 1/m with Σ x xᵀ/m = E[x xᵀ] and higher moments close to the law's (Li et al. 2019, Alg. 1).
+    """m points of weight 1/m with Σ x xᵀ/m = E[x xᵀ] and higher moments close to the true (Li et al. 2019, Alg. 1).
 
     The optimal point set of the standard normal (`standard_normal_points`) is mapped to the sphere and moved there
     until its second moment is exact.
@@ -61,9 +61,9 @@ class RiemannianSampling:
     m : int
         Number of points, at least 2(d − 1); d when not symmetric.
     map : {"transport", "gnomonic"}
-        "transport" carries the normal law to the Bingham law exactly, one coordinate after the other, and covers every
-        law. "gnomonic" is the paper's: Gaussian on the tangent plane, then the gnomonic retraction; singular for
-        girdles and the uniform law, approximate at low concentration.
+        "transport" carries the normal distribution to the Bingham distribution exactly, one coordinate after the
+        other, and covers every distribution. "gnomonic" is the paper's: Gaussian on the tangent plane, then the
+        gnomonic retraction; singular for girdles and the uniform distribution, approximate at low concentration.
     correction : {"newton", "descent", "none"}
         "newton" solves for the moment (`kernels.correction`), in microseconds and to rounding. "descent" is the
         paper's Riemannian steepest descent on ‖Σ x xᵀ/m − E[x xᵀ]‖², to an absolute tolerance.
@@ -75,9 +75,9 @@ class RiemannianSampling:
     Examples
     --------
     >>> from bingham.distributions.bingham import Bingham
-    >>> law = Bingham([-5.0, -1.0, 0.0], np.eye(3))
-    >>> x, w = RiemannianSampling(20).sample(law)
-    >>> bool(np.allclose((x.T * w) @ x, law.moment(), atol=1e-14))
+    >>> distribution = Bingham([-5.0, -1.0, 0.0], np.eye(3))
+    >>> x, w = RiemannianSampling(20).sample(distribution)
+    >>> bool(np.allclose((x.T * w) @ x, distribution.moment(), atol=1e-14))
     True
     """
 
@@ -88,8 +88,8 @@ class RiemannianSampling:
     symmetric: bool = True
 
     def __post_init__(self) -> None:
-        whole_number(self.m, "m", 1)
-        check_number(self.penalty, "penalty", "a finite number ≥ 0", least=0.0)
+        integer(self.m, "m", 1)
+        check_number(self.penalty, "penalty", "a finite number ≥ 0", minimum=0.0)
         if self.map not in ("transport", "gnomonic"):
             raise InvalidArgumentError("map", "'transport' or 'gnomonic'", repr(self.map))
         if self.correction not in ("newton", "descent", "none"):
@@ -103,7 +103,7 @@ class RiemannianSampling:
         Raises
         ------
         InvalidArgumentError
-            If m is too small for the dimension, or the map does not cover the law.
+            If m is too small for the dimension, or the map does not cover the distribution.
         ConvergenceError
             If the correction does not reach the second moment.
         """

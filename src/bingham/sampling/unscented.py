@@ -1,4 +1,4 @@
-"""Unscented transform on the sphere: the least symmetric point set with the right second moment."""
+"""Unscented transform on the sphere: the smallest symmetric point set with the right second moment."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ class Unscented:
     """2d − 1 points: the mode and, for every other axis i, cos αᵢ · mode ± sin αᵢ · mᵢ.
 
     With ω the axis moments, the pair of axis i has the weight pᵢ = ωᵢ + (1 − λ) ω_d/(d − 1) together and the mode
-    p₀ = λ ω_d; sin²αᵢ = ωᵢ/pᵢ then gives Σ w x xᵀ = E[x xᵀ] for every law, girdle and uniform included.
+    p₀ = λ ω_d; sin²αᵢ = ωᵢ/pᵢ then gives Σ w x xᵀ = E[x xᵀ] for every distribution, girdle and uniform included.
 
     Parameters
     ----------
@@ -35,9 +35,9 @@ class Unscented:
     Examples
     --------
     >>> from bingham.distributions.bingham import Bingham
-    >>> law = Bingham([-30.0, -20.0, -10.0, 0.0], np.eye(4))
-    >>> x, w = Unscented().sample(law)
-    >>> x.shape, bool(np.allclose((x.T * w) @ x, law.moment(), atol=1e-15))
+    >>> distribution = Bingham([-30.0, -20.0, -10.0, 0.0], np.eye(4))
+    >>> x, w = Unscented().sample(distribution)
+    >>> x.shape, bool(np.allclose((x.T * w) @ x, distribution.moment(), atol=1e-15))
     ((7, 4), True)
     """
 
@@ -54,7 +54,7 @@ class Unscented:
         w = single(distribution).axis_moments
         d = w.size
         if self.uniform and d != 2:
-            raise InvalidArgumentError("distribution", "a law on the circle for uniform weights", f"d = {d}",
+            raise InvalidArgumentError("distribution", "a distribution on the circle for uniform weights", f"d = {d}",
                                        "use Unscented() or RiemannianSampling(m)")  # fmt: skip
         n = d - 1
         if self.uniform:

@@ -49,11 +49,11 @@ def four_rooms(
     Parameters
     ----------
     plane_noise : Bingham
-        Law v of a measured plane π ⊕ v, quaternions with mode at the identity.
+        Distribution v of a measured plane π ⊕ v, quaternions with mode at the identity.
     poses : int
         Number of poses on the loop, the first and the last near the same place.
     odometry_sigma : tuple of float
-        Standard deviations of a turn (rad) and a step (m), each axis.
+        Standard deviations of a rotation (rad) and a step (m), each axis.
     rng : None, int or numpy.random.Generator
         Passed to ``numpy.random.default_rng``.
     """

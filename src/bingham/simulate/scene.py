@@ -72,7 +72,7 @@ def axial_noise(depth: FloatArray) -> FloatArray:
 
 
 def box(centre: Any, size: Any, *, inside: bool = False, turn: float = 0.0) -> list[Rectangle]:
-    """Return the six faces of a box of edges `size` (3,) m, turned about z by `turn` rad."""
+    """Return the six faces of a box of edges `size` (3,) m, rotated about z by `turn` rad."""
     c, half = np.asarray(centre, dtype=np.float64), 0.5 * np.asarray(size, dtype=np.float64)
     cos, sin = np.cos(turn), np.sin(turn)
     axes = np.array([[cos, sin, 0.0], [-sin, cos, 0.0], [0.0, 0.0, 1.0]])
@@ -88,7 +88,7 @@ def box(centre: Any, size: Any, *, inside: bool = False, turn: float = 0.0) -> l
 
 
 def corridor() -> tuple[list[Rectangle], DepthCamera]:
-    """Return a room with both long walls in view, a cabinet, a turned box, a leaning board, and a camera in it."""
+    """Return a room with both long walls in view, a cabinet, a rotated box, a leaning board, and a camera in it."""
     scene = box([2.5, 0.0, 1.3], [6.0, 2.6, 2.6], inside=True)
     scene += box([3.6, -0.95, 0.5], [0.8, 0.6, 1.0])
     scene += box([4.2, 0.85, 0.35], [0.7, 0.7, 0.7], turn=np.deg2rad(38.0))

@@ -137,7 +137,7 @@ def simulate_orientations(
     motion : Motion
         True motion.
     noise : Bingham
-        Law of v on the quaternions, its mode the identity for a sensor without an offset.
+        Distribution of v on the quaternions, its mode the identity for a sensor without an offset.
     rng : Generator or int, optional
         Source of randomness, or its seed.
 
@@ -152,7 +152,7 @@ def simulate_orientations(
         If the noise is not four-dimensional.
     """
     if noise.dim != 4:
-        raise InvalidArgumentError("noise", "a Bingham law on quaternions (dim 4)", f"dim {noise.dim}")
+        raise InvalidArgumentError("noise", "a Bingham distribution on quaternions (dim 4)", f"dim {noise.dim}")
     sample = noise.rvs(len(motion.time), rng=np.random.default_rng(rng))
     truth = Rotation.from_quat(motion.orientation, scalar_first=True)
     measured = truth * Rotation.from_quat(sample, scalar_first=True)

@@ -27,19 +27,19 @@ FloatArray = NDArray[np.float64]
 FRAME = np.eye(4)[:, [1, 2, 3, 0]]
 
 
-def _law(*z: float) -> Bingham:
+def _distribution(*z: float) -> Bingham:
     return Bingham([*z, 0.0], FRAME)
 
 
 # The published parameters.
-PROCESS = _law(-400.0, -400.0, -400.0)
-LOGO = _law(-40.0, -40.0, -10.0)
-# Logo out of sight: as if seen at the centre of the back, at any angle about its own axis. It is the law fitted to all
-# orientations with the logo on the far half, whose second moment about that centre is diag(1, 1, 3, 3)/8.
-DARK = _law(-3.6, -3.6, 0.0)
+PROCESS = _distribution(-400.0, -400.0, -400.0)
+LOGO = _distribution(-40.0, -40.0, -10.0)
+# Logo out of sight: as if seen at the centre of the back, at any angle about its own axis. It is the distribution
+# fitted to all orientations with the logo on the far half, whose second moment about that centre is diag(1, 1, 3, 3)/8.
+DARK = _distribution(-3.6, -3.6, 0.0)
 BACK = np.array([0.0, 1.0, 0.0, 0.0])
-SPIN_PRIOR = _law(-3.0, -3.0, -3.0)
-INFORMED = _law(-10.0, -10.0, -10.0)
+SPIN_PRIOR = _distribution(-3.0, -3.0, -3.0)
+INFORMED = _distribution(-10.0, -10.0, -10.0)
 FILTERS = (
     "bingham_second_order",
     "bingham_oracle",
@@ -54,12 +54,12 @@ FILTERS = (
 
 
 def _turn_noise(one: Bingham, other: Bingham) -> Bingham:
-    """Return the law of e* ⊗ e' on the axes both laws have, the identity last: it is one of the modes of a girdle."""
+    """Return the distribution of e* ⊗ e' on the axes both have, the identity last: a mode of a girdle."""
     z = np.einsum("ij,ij->j", FRAME, one.inverse().compose(other).matrix @ FRAME)
-    return _law(*np.minimum(z[:3] - z[3], 0.0))
+    return _distribution(*np.minimum(z[:3] - z[3], 0.0))
 
 
-# Noise of the turn between two observations, by how many of them are out of sight.
+# Noise of the rotation between two observations, by how many of them are out of sight.
 TURN_NOISE = (_turn_noise(LOGO, LOGO), _turn_noise(LOGO, DARK), _turn_noise(DARK, DARK))
 
 
@@ -90,10 +90,10 @@ def _around(types: FloatArray) -> list[Bingham]:
 
 
 def _turns(seen: FloatArray, turning: bool) -> Iterator[tuple[FloatArray, Bingham] | None]:
-    """Yield, frame by frame, the turns (k, 4) between neighbouring observations and the law of their noise; None first.
+    """Yield, frame by frame, the rotations (k, 4) between neighbouring observations and their noise; None first.
 
     Every frame is an observation, out of sight that of the back. With y = x ⊗ e and y' = v ⊗ x ⊗ e',
-    y' ⊗ y* = v ⊗ n, n = y ⊗ (e* ⊗ e') ⊗ y*: if ``turning``, n has this law, else a fixed one, as published.
+    y' ⊗ y* = v ⊗ n, n = y ⊗ (e* ⊗ e') ⊗ y*: if ``turning``, n has this distribution, else a fixed one, as published.
     """
     yield None
     for before, now in pairwise(seen):
@@ -127,7 +127,7 @@ def _classify_gaussian(state: GaussianState, types: FloatArray) -> int:
 
 
 def _ekf_first_order(seen: FloatArray, types: FloatArray, fair: bool) -> Found:
-    process, logo = (to_gaussian(law).covariance for law in (PROCESS, LOGO))
+    process, logo = (to_gaussian(distribution).covariance for distribution in (PROCESS, LOGO))
     kalman = QuaternionEkf(process, logo, noise_side="right" if fair else "left", rotate_noise=fair)
     state = GaussianState(*to_gaussian(SPIN_PRIOR))
     spins: list[GaussianState] = []
@@ -143,7 +143,7 @@ def _ekf_first_order(seen: FloatArray, types: FloatArray, fair: bool) -> Found:
 
 
 def _ekf_second_order(seen: FloatArray, types: FloatArray, fair: bool) -> Found:
-    process, logo, dark = (to_gaussian(law).covariance for law in (PROCESS, LOGO, DARK))
+    process, logo, dark = (to_gaussian(distribution).covariance for distribution in (PROCESS, LOGO, DARK))
     kalman = SecondOrderQuaternionEkf(process, logo, noise_side="right", rotate_noise=fair)
     unknown = GaussianState(np.array([1.0, 0.0, 0.0, 0.0]), 0.25 * np.eye(4))
     state = SpinningGaussian.independent(unknown, GaussianState(*to_gaussian(SPIN_PRIOR)))

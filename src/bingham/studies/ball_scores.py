@@ -10,25 +10,25 @@ from numpy.typing import NDArray
 
 from bingham.distributions.bingham import Bingham
 from bingham.filters.gaussian import GaussianState
-from bingham.metrics import angle_probability, chi_square_probability, coverage, geodesic_error, normalized_error
+from bingham.metrics import angle_probability, chi_square_probability, coverage, geodesic_error, nees
 from bingham.rotations import compose
 from bingham.studies.study import Arrays
 
 __all__ = ["AFTER", "HALF_TURN", "Found", "score"]
 
 FloatArray = NDArray[np.float64]
-# The symmetry of the elliptic logo: half a turn about its own axis.
+# The symmetry of the elliptic logo: half a rotation about its own axis.
 HALF_TURN = np.array([0.0, 0.0, 0.0, 1.0])
 # After how many frames errors are tabulated and coverage is counted; the last is the published one.
 AFTER = (10, 20, 30)
-Law = Bingham | GaussianState
+Distribution = Bingham | GaussianState
 
 
 class Found(NamedTuple):
-    """What a filter says after each of T frames: laws of orientation, if it has any, and of spin, and the type (T,)."""
+    """What a filter says after each of T frames: orientation, if it has any, spin, and the type (T,)."""
 
-    orientations: Sequence[Law] | None
-    spins: Sequence[Law]
+    orientations: Sequence[Distribution] | None
+    spins: Sequence[Distribution]
     chosen: Sequence[int]
 
 
@@ -54,16 +54,16 @@ def score(found: Found, flight: Arrays, kind: int) -> Arrays:
     return out
 
 
-def _error(laws: Sequence[Law], truth: FloatArray) -> FloatArray:
-    return 2.0 * geodesic_error(np.stack([law.mode for law in laws]), truth)
+def _error(distributions: Sequence[Distribution], truth: FloatArray) -> FloatArray:
+    return 2.0 * geodesic_error(np.stack([distribution.mode for distribution in distributions]), truth)
 
 
-def _covered(laws: Sequence[Law], truth: FloatArray, frames: Sequence[int]) -> FloatArray:
-    """Return 1.0 where the truth is within the law's 95 % credible set, else 0.0, in the given frames (k,)."""
-    return np.array([coverage(_probability(laws[n], truth[n])) for n in frames])
+def _covered(distributions: Sequence[Distribution], truth: FloatArray, frames: Sequence[int]) -> FloatArray:
+    """Return 1.0 where the truth is within the distribution's 95 % credible set, else 0.0, in the given frames (k,)."""
+    return np.array([coverage(_probability(distributions[n], truth[n])) for n in frames])
 
 
-def _probability(law: Law, truth: FloatArray) -> FloatArray:
-    if isinstance(law, Bingham):
-        return angle_probability(law, truth)
-    return chi_square_probability(normalized_error(law.mode, law.covariance, truth), 3)
+def _probability(distribution: Distribution, truth: FloatArray) -> FloatArray:
+    if isinstance(distribution, Bingham):
+        return angle_probability(distribution, truth)
+    return chi_square_probability(nees(distribution.mode, distribution.covariance, truth), 3)

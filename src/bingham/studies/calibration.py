@@ -16,14 +16,14 @@ __all__ = ["calibration_arrays", "calibration_rows", "moment_error"]
 FloatArray = NDArray[np.float64]
 
 
-def moment_error(law: Bingham, truth: FloatArray) -> FloatArray:
+def moment_error(distribution: Bingham, truth: FloatArray) -> FloatArray:
     """Return Σᵢ (mᵢᵀx)²/ωᵢ/(d − 1) (...), x the truth (..., d), over all principal axes but the mode.
 
-    Its mean is 1 if x ~ law, as ωᵢ = E[(mᵢᵀx)²]: a Bingham law's normalised estimation error over its degrees of
-    freedom, beside a Gaussian's eᵀC⁻¹e/(d − 1).
+    Its mean is 1 if x ~ distribution, as ωᵢ = E[(mᵢᵀx)²]: a Bingham distribution's normalised estimation error over
+    its degrees of freedom, beside a Gaussian's eᵀC⁻¹e/(d − 1).
     """
-    across = np.einsum("...ij,...i->...j", law.M, truth)[..., :-1]
-    return np.mean(across**2 / law.axis_moments[..., :-1], axis=-1)
+    across = np.einsum("...ij,...i->...j", distribution.M, truth)[..., :-1]
+    return np.mean(across**2 / distribution.axis_moments[..., :-1], axis=-1)
 
 
 def calibration_arrays(name: str, probability: FloatArray, error: FloatArray, every: int = 1) -> Arrays:

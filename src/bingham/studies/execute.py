@@ -105,8 +105,8 @@ def execute(
     return results
 
 
-def _whole(name: str, value: Any, least: int) -> int:
-    """Return a whole number, of NumPy's too; anything else or less is refused."""
-    if isinstance(value, bool) or not isinstance(value, int | np.integer) or value < least:
-        raise InvalidArgumentError(name, f"a whole number, at least {least}", repr(value))
+def _whole(name: str, value: Any, minimum: int) -> int:
+    """Return an integer, of NumPy's too; anything else or less is rejected."""
+    if isinstance(value, bool) or not isinstance(value, int | np.integer) or value < minimum:
+        raise InvalidArgumentError(name, f"an integer, at least {minimum}", repr(value))
     return int(value)

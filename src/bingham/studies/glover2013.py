@@ -13,11 +13,11 @@ from bingham.errors import InvalidArgumentError
 from bingham.filters.first_order import BinghamFilter
 from bingham.filters.gaussian import GaussianState
 from bingham.filters.quaternion_ekf import QuaternionEkf
-from bingham.metrics import angle_probability, chi_square_probability, geodesic_error, normalized_error
+from bingham.metrics import angle_probability, chi_square_probability, geodesic_error, nees
 from bingham.studies.calibration import calibration_arrays, calibration_rows, moment_error
 from bingham.studies.glover2013_composition import COMPOSED, run_composition
 from bingham.studies.glover2013_signals import (
-    isotropic_law,
+    isotropic_distribution,
     matching_covariance,
     nominal_motion,
     projected_draws,
@@ -68,7 +68,7 @@ FILTERS = ("bingham", "ekf_fixed", "ekf_padded", "ekf_fair")
 def run_cell(process: float, observation: tuple[float, ...], seed: int, cell: int, first: int, last: int) -> Arrays:
     """Filter projected-Gaussian signals first … last − 1 of one cell of Table 1; errors are angles of rotations."""
     noises = (process,) * 3, observation
-    process_law, observation_law = (isotropic_law(z) for z in noises)
+    process_distribution, observation_distribution = (isotropic_distribution(z) for z in noises)
     w, v = (matching_covariance(z) for z in noises)
     padded_w, padded_v = (matching_covariance(z, padded=True) for z in noises)
     count = last - first
@@ -81,9 +81,11 @@ def run_cell(process: float, observation: tuple[float, ...], seed: int, cell: in
         truth[i], measured[i] = data["truth"], data["measured"]
 
     # All filters start from the observation noise about the true start.
-    frames = np.stack([observation_law.rotate(right=q).M for q in starts])
-    prior = Bingham.from_spectrum(np.tile(observation_law.z, (count, 1)), frames)
-    track = BinghamFilter(process_law, observation_law, noise_side="left").run(prior, measured, controls=controls)
+    frames = np.stack([observation_distribution.rotate(right=q).M for q in starts])
+    prior = Bingham.from_spectrum(np.tile(observation_distribution.z, (count, 1)), frames)
+    track = BinghamFilter(process_distribution, observation_distribution, noise_side="left").run(
+        prior, measured, controls=controls
+    )
     start = GaussianState(starts, np.tile(np.trace(v) * np.eye(4), (count, 1, 1)))
     kalman = {
         "ekf_fixed": QuaternionEkf(w, v),
@@ -92,12 +94,12 @@ def run_cell(process: float, observation: tuple[float, ...], seed: int, cell: in
     }
     tracks = {name: f.run(start, measured, controls) for name, f in kalman.items()}
     kept = truth[:, ::THIN]
-    laws = Bingham.from_spectrum(track.concentrations[:, ::THIN].copy(), track.frames[:, ::THIN].copy())
+    distributions = Bingham.from_spectrum(track.concentrations[:, ::THIN].copy(), track.frames[:, ::THIN].copy())
     out: Arrays = {"error/bingham": 2.0 * geodesic_error(track.modes, truth).mean(axis=1)}
-    out |= calibration_arrays("bingham", angle_probability(laws, kept), moment_error(laws, kept))
+    out |= calibration_arrays("bingham", angle_probability(distributions, kept), moment_error(distributions, kept))
     for name, found in tracks.items():
         out[f"error/{name}"] = 2.0 * geodesic_error(found.modes, truth).mean(axis=1)
-        statistic = normalized_error(found.modes[:, ::THIN], found.states.covariance[:, ::THIN], kept)
+        statistic = nees(found.modes[:, ::THIN], found.states.covariance[:, ::THIN], kept)
         out |= calibration_arrays(name, chi_square_probability(statistic, 3), statistic / 3.0)
     out["step"] = np.degrees(2.0 * geodesic_error(truth[:, 1:], truth[:, :-1]).mean(axis=1))
     return out

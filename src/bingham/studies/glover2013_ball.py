@@ -34,11 +34,11 @@ SPIN_TYPES = from_rotation_vector(
 )
 # The gun's repeatability: relative spread of the speed and spread of the axis, rad; perturbation in each frame, rad.
 SPEED_SPREAD, AXIS_SPREAD, WOBBLE = 0.03, 0.03, 0.01
-# The logo is on the body's z axis and is found on the upper half of the ball: the published law of the orientation
-# out of sight is the fit to exactly half of the sphere.
+# The logo is on the body's z axis and is found on the upper half of the ball: the published distribution of the
+# orientation out of sight is the fit to exactly half of the sphere.
 VISIBLE = 0.0
 LEAST_VISIBLE = 12
-# True noise of a detected logo: tilts about the body's x and y, turn about the logo's own axis. The third is the
+# True noise of a detected logo: tilts about the body's x and y, rotation about the logo's own axis. The third is the
 # published filter's assumption, the first the study's default.
 LOGO_NOISES = ((-200.0, -200.0, -100.0), (-800.0, -800.0, -400.0), (-100.0, -100.0, -50.0), (-40.0, -40.0, -10.0))
 DEFAULT, ASSUMED = 0, 3
@@ -52,7 +52,7 @@ def simulate_flight(kind: int, noise: tuple[float, ...], rng: np.random.Generato
     Arrays: orientation (40, 4), spin (4,), and the two interpretations of each detected logo (40, 2, 4), NaN
     where the logo is out of sight.
     """
-    law = Bingham([*noise, 0.0], np.eye(4)[:, [1, 2, 3, 0]])
+    distribution = Bingham([*noise, 0.0], np.eye(4)[:, [1, 2, 3, 0]])
     discarded = 0
     while True:
         speed = 1.0 + SPEED_SPREAD * rng.standard_normal()
@@ -67,7 +67,7 @@ def simulate_flight(kind: int, noise: tuple[float, ...], rng: np.random.Generato
             x = compose(from_rotation_vector(WOBBLE * rng.standard_normal(3)), compose(spin, x))
             orientation[n] = x
         visible = rotate(orientation, [0.0, 0.0, 1.0])[:, 2] > VISIBLE
-        seen = compose(orientation, law.rvs(FRAMES, rng=rng))
+        seen = compose(orientation, distribution.rvs(FRAMES, rng=rng))
         if visible.sum() >= LEAST_VISIBLE:
             both = np.stack([seen, compose(seen, HALF_TURN)], axis=1)
             both[~visible] = np.nan

@@ -6,7 +6,7 @@ import numpy as np
 
 from bingham.distributions.bingham import Bingham
 from bingham.filters.first_order import BinghamFilter
-from bingham.studies.glover2013_signals import isotropic_law, nominal_motion, simulate
+from bingham.studies.glover2013_signals import isotropic_distribution, nominal_motion, simulate
 from bingham.studies.study import Arrays, generator
 
 __all__ = ["COMPOSED", "composition_error", "run_composition"]
@@ -20,7 +20,7 @@ STREAM = 9
 
 
 def composition_error(p: Bingham, q: Bingham, samples: int, rng: np.random.Generator) -> float:
-    """Return KL(f_B ‖ f_true) of the moment-matched law f_B of x ⊗ y, x ~ p, y ~ q (Glover & Kaelbling, A.9.3).
+    """Return KL(f_B ‖ f_true) of the moment-matched f_B of x ⊗ y, x ~ p, y ~ q (Glover & Kaelbling, A.9.3).
 
     With r = f_true/f_B the estimator E_B[r − 1 − log r] is unbiased like E_B[−log r], since E_B[r] = 1, never negative,
     and its variance is of the order of its square.
@@ -34,10 +34,10 @@ def composition_error(p: Bingham, q: Bingham, samples: int, rng: np.random.Gener
 def run_composition(process: tuple[float, ...], observation: tuple[float, ...], seed: int, cell: int) -> Arrays:
     """Return the composition errors along one Bingham signal, at every fourth prediction of the filter."""
     rng = generator(seed, STREAM + cell)
-    w, v = isotropic_law(process), isotropic_law(observation)
+    w, v = isotropic_distribution(process), isotropic_distribution(observation)
     start, controls = nominal_motion(rng, COMPOSED_STEPS)
     data = simulate(start, controls, w.rvs(COMPOSED_STEPS, rng=rng), v.rvs(COMPOSED_STEPS, rng=rng))
     track = BinghamFilter(w, v, noise_side="left").run(Bingham.uniform(4), data["measured"], controls=controls)
-    laws = track.laws
-    errors = [composition_error(w, laws[t], COMPOSED_SAMPLES, rng) for t in range(0, COMPOSED_STEPS, 4)]
+    distributions = track.distributions
+    errors = [composition_error(w, distributions[t], COMPOSED_SAMPLES, rng) for t in range(0, COMPOSED_STEPS, 4)]
     return {"kl": np.array(errors)}

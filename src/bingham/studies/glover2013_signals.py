@@ -1,4 +1,4 @@
-"""Signals of Glover & Kaelbling 2013, §6: nominal motion, noise laws, and the Gaussians that stand for them."""
+"""Signals of Glover & Kaelbling 2013, §6: nominal motion, noises, and the Gaussians that stand for them."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from bingham.errors import ConvergenceError
 from bingham.rotations import compose, conjugate
 from bingham.studies.study import Arrays
 
-__all__ = ["isotropic_law", "matching_covariance", "nominal_motion", "projected_draws", "simulate"]
+__all__ = ["isotropic_distribution", "matching_covariance", "nominal_motion", "projected_draws", "simulate"]
 
 FloatArray = NDArray[np.float64]
 IDENTITY = np.array([1.0, 0.0, 0.0, 0.0])
@@ -25,21 +25,22 @@ AMPLITUDE = 0.5 * np.pi
 PERIODS = np.array([200.0, 250.0, 300.0])
 
 
-def isotropic_law(z: tuple[float, ...]) -> Bingham:
-    """Return the law with its mode at the identity and concentrations (3,) along x, y and z."""
+def isotropic_distribution(z: tuple[float, ...]) -> Bingham:
+    """Return the distribution with its mode at the identity and concentrations (3,) along x, y and z."""
     return Bingham([*z, 0.0], np.eye(4)[:, [1, 2, 3, 0]])
 
 
 @cache
 def matching_covariance(z: tuple[float, ...], padded: bool = False) -> FloatArray:
-    """Return C (4, 4), diagonal, with E[x xᵀ/|x|²] = E_B[x xᵀ] for x ~ N(identity, C) and B = `isotropic_law` (z).
+    """Return C (4, 4), diagonal, with E[x xᵀ/|x|²] = E_B[x xᵀ] for x ~ N(1, C), B = `isotropic_distribution` (z).
 
     The three vector entries solve these three equations; they leave the scalar's own variance free. It is
-    E_B[(1 − |x₀|)²], how far the law really spreads along its mode, or the mean of the other three if ``padded``.
+    E_B[(1 − |x₀|)²], how far the distribution really spreads along its mode, or the mean of the other three if
+    ``padded``.
     """
-    law = isotropic_law(z)
-    target = np.diag(law.moment())[1:]
-    along = to_gaussian(law).covariance[0, 0]
+    distribution = isotropic_distribution(z)
+    target = np.diag(distribution.moment())[1:]
+    along = to_gaussian(distribution).covariance[0, 0]
 
     def covariance(log_s: FloatArray) -> FloatArray:
         s = np.exp(log_s)

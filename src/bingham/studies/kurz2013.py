@@ -63,12 +63,12 @@ def run_chunk(seed: int, first: int, last: int) -> Arrays:
     """Filter runs first … last − 1: RMSE and calibration of each run, and the course of the very first one."""
     data = simulate(seed, first, last)
     truth, measured = data["truth"], data["measured"]
-    variances = tuple(angular_variance(law) for law in (PRIOR, PROCESS, MEASUREMENT))
+    variances = tuple(angular_variance(distribution) for distribution in (PRIOR, PROCESS, MEASUREMENT))
 
     track = BinghamFilter(PROCESS, MEASUREMENT).run(PRIOR, measured)
     modes = {"bingham": track.modes}
-    probability = {"bingham": angle_probability(track.laws, truth)}
-    error = {"bingham": moment_error(track.laws, truth)}
+    probability = {"bingham": angle_probability(track.distributions, truth)}
+    error = {"bingham": moment_error(track.distributions, truth)}
     deviations: dict[str, NDArray[np.float64]] = {}
     for name, (prior, process, measurement) in (
         ("scalar_kalman", variances),
@@ -86,8 +86,11 @@ def run_chunk(seed: int, first: int, last: int) -> Arrays:
     modes["wrapped_normal"] = wrapped.modes
     equivalent = np.stack([-2.0 * wrapped.states.kappa, np.zeros_like(wrapped.states.kappa)], axis=-1)
     frames = np.stack([np.stack([-wrapped.modes[..., 1], wrapped.modes[..., 0]], axis=-1), wrapped.modes], axis=-1)
-    law = Bingham.from_spectrum(equivalent, frames)
-    probability["wrapped_normal"], error["wrapped_normal"] = angle_probability(law, truth), moment_error(law, truth)
+    distribution = Bingham.from_spectrum(equivalent, frames)
+    probability["wrapped_normal"], error["wrapped_normal"] = (
+        angle_probability(distribution, truth),
+        moment_error(distribution, truth),
+    )
 
     out: Arrays = {}
     for name, estimate in modes.items():
@@ -95,7 +98,7 @@ def run_chunk(seed: int, first: int, last: int) -> Arrays:
         out |= calibration_arrays(name, probability[name], error[name], THIN)
     if first == 0:
         out |= {"example/truth": truth[0], "example/measured": measured[0], "example/bingham": track.modes[0],
-                "example/bingham_band": track.laws[0].credible_angle(0.95),
+                "example/bingham_band": track.distributions[0].credible_angle(0.95),
                 "example/scalar_kalman": modes["scalar_kalman"][0],
                 "example/scalar_kalman_band": norm.ppf(0.975) * deviations["scalar_kalman"][0]}  # fmt: skip
     return out
@@ -104,12 +107,14 @@ def run_chunk(seed: int, first: int, last: int) -> Arrays:
 def bingham_gaussian_divergence(z1: float) -> float:
     """Return KL(f ‖ N) over one half circle in nats (2014, eq. 70; 2013, Fig. 3), by quadrature.
 
-    f is the law of the angle from the mode of a d = 2 Bingham law with concentration z₁, normalised on
-    [−π/2, π/2]; N the normal density of the same mean and variance: KL = −h(f) + ½ log(2πe σ²).
+    f is the distribution of the angle from the mode of a d = 2 Bingham distribution with concentration z₁, normalised
+    on [−π/2, π/2]; N the normal density of the same mean and variance: KL = −h(f) + ½ log(2πe σ²).
     """
-    law = Bingham([z1, 0.0], np.eye(2))
+    distribution = Bingham([z1, 0.0], np.eye(2))
     # The entropy on the whole circle exceeds that on a half by log 2.
-    return float(0.5 * np.log(2.0 * np.pi * np.e * angular_variance(law)) - (law.entropy() - np.log(2.0)))
+    return float(
+        0.5 * np.log(2.0 * np.pi * np.e * angular_variance(distribution)) - (distribution.entropy() - np.log(2.0))
+    )
 
 
 def _chunks(runs: int, seed: int, options: Mapping[str, Any]) -> list[Chunk]:
@@ -130,11 +135,18 @@ def _summarize(runs: int, seed: int, results: Mapping[str, Arrays]) -> StudyResu
         (f"{CASE}, against wrapped normal", "wrapped_normal"),
     ):
         table.append(wins_row(case, "bingham", rmse["bingham"] < rmse[other]))
-    for law, part, published in zip(
+    for distribution, part, published in zip(
         (PRIOR, PROCESS, MEASUREMENT), ("prior", "process", "measurement"), PUBLISHED_VARIANCES, strict=True
     ):
         table.append(
-            Row(f"{CASE}, {part}", "scalar_kalman", "angular_variance_rad2", angular_variance(law), None, published)
+            Row(
+                f"{CASE}, {part}",
+                "scalar_kalman",
+                "angular_variance_rad2",
+                angular_variance(distribution),
+                None,
+                published,
+            )
         )
     for z1 in (-1.0, -3.0, -15.0, -200.0):
         table.append(Row(f"2-D z1 = {z1:g}", "scalar_kalman", "kl", bingham_gaussian_divergence(z1)))

@@ -19,7 +19,7 @@ from bingham.metrics import (
     angle_probability,
     chi_square_probability,
     geodesic_error,
-    normalized_error,
+    nees,
     root_mean_square,
 )
 from bingham.rotations import compose
@@ -49,7 +49,7 @@ THIN = 5
 
 @dataclass(frozen=True)
 class Scenario:
-    """One of the paper's settings: laws of the prior, the process and the measurement noise, and the true start."""
+    """One of the paper's settings: prior, process and measurement noise, and the true start."""
 
     label: str
     prior: Bingham
@@ -66,15 +66,15 @@ class Scenario:
     @cached_property
     def gaussians(self) -> list[tuple[FloatArray, FloatArray]]:
         """Mean and covariance of prior, process and measurement noise by eq. (57)."""
-        return [to_gaussian(law) for law in (self.prior, self.process, self.measurement)]
+        return [to_gaussian(distribution) for distribution in (self.prior, self.process, self.measurement)]
 
     @cached_property
     def refitted(self) -> list[Bingham]:
-        """The Gaussian noises as Bingham laws again: process and measurement, by the moments of their projections."""
+        """The Gaussian noises as Binghams again: process and measurement, by the moments of their projections."""
         return [from_gaussian(*g) for g in self.gaussians[1:]]
 
     def noises(self, kind: str) -> tuple[Bingham, Bingham]:
-        """Return the noise laws that the Bingham filter is given for 'bingham' or 'gaussian' noise."""
+        """Return the noise distributions that the Bingham filter is given for 'bingham' or 'gaussian' noise."""
         process, measurement = (self.process, self.measurement) if kind == "bingham" else self.refitted
         return process, measurement
 
@@ -139,10 +139,12 @@ def run_chunk(scenario: int, kind: str, seed: int, first: int, last: int) -> Arr
     kalman = AxialKalmanFilter(process, measurement).run(start, measured)
     error = {"bingham": geodesic_error(track.modes, truth), "axial_kalman": geodesic_error(kalman.modes, truth)}
     kept = slice(None, None, THIN)
-    laws = Bingham.from_spectrum(track.concentrations[:, kept].copy(), track.frames[:, kept].copy())
-    statistic = normalized_error(kalman.modes[:, kept], kalman.states.covariance[:, kept], truth[:, kept])
+    distributions = Bingham.from_spectrum(track.concentrations[:, kept].copy(), track.frames[:, kept].copy())
+    statistic = nees(kalman.modes[:, kept], kalman.states.covariance[:, kept], truth[:, kept])
     degrees = s.dim - 1
-    out = calibration_arrays("bingham", angle_probability(laws, truth[:, kept]), moment_error(laws, truth[:, kept]))
+    out = calibration_arrays(
+        "bingham", angle_probability(distributions, truth[:, kept]), moment_error(distributions, truth[:, kept])
+    )
     out |= calibration_arrays("axial_kalman", chi_square_probability(statistic, degrees), statistic / degrees)
     for name in error:
         out[f"error/{name}"] = error[name]

@@ -16,7 +16,7 @@ from bingham.filters.first_order import BinghamFilter
 from bingham.filters.sampled import SampledFilter
 from bingham.kernels.refit import refit
 from bingham.metrics import root_mean_square
-from bingham.models.motion import KnownRotation
+from bingham.models.motion import ControlledRotation
 from bingham.models.sensors import Likelihood, davenport_matrix
 from bingham.rotations import compose, from_rotation_vector
 from bingham.sampling.protocol import Sampler
@@ -33,7 +33,7 @@ FloatArray = NDArray[np.float64]
 STEPS = 50
 CHUNK = 5
 NOISE_LEVELS = (1e-1, 1e-2, 1e-4)
-# Process noise −diag(1, 10, 10, 10) of Fig. 7, mode at the identity; the paper names no initial law: the same.
+# Process noise −diag(1, 10, 10, 10) of Fig. 7, mode at the identity; the paper names no initial distribution: the same.
 PROCESS = Bingham([-10.0, -10.0, -10.0, -1.0], np.eye(4)[:, ::-1])
 # The paper names neither the input u nor the rotated vector n₀.
 INPUT = from_rotation_vector([0.0, 0.2, 0.0])
@@ -113,8 +113,8 @@ class QuadratureFilter:
     precision: FloatArray
 
     def predict(self, state: Bingham, control: Any = None, dt: float | None = None) -> Bingham:
-        """Return the law of x ⊕ u ⊕ w."""
-        return KnownRotation(PROCESS).propagate(state, INPUT, None)
+        """Return the distribution of x ⊕ u ⊕ w."""
+        return ControlledRotation(PROCESS).propagate(state, INPUT, None)
 
     def update(self, state: Bingham, z: FloatArray) -> tuple[Bingham, float]:
         """Return the moment-matched posterior and its log-evidence."""
@@ -129,7 +129,7 @@ def build(name: str, level: float, rng: np.random.Generator) -> Any:
     if name == "quadrature":
         return QuadratureFilter(1.0 / variance)
     if name == "conjugate":
-        return BinghamFilter(KnownRotation(PROCESS), IsotropicVector(float(variance.mean())))
+        return BinghamFilter(ControlledRotation(PROCESS), IsotropicVector(float(variance.mean())))
     constant = -0.5 * float(np.sum(np.log(2.0 * np.pi * variance)))
     precision = 1.0 / variance
 
@@ -143,7 +143,7 @@ def build(name: str, level: float, rng: np.random.Generator) -> Any:
 
 
 def track(bingham_filter: Any, measured: FloatArray) -> tuple[list[Bingham], list[Bingham]]:
-    """Return predicted and updated laws of each step, from the initial law."""
+    """Return predicted and updated distributions of each step, from the initial distribution."""
     state, predicted, updated = PROCESS, [], []
     for z in measured:
         state = bingham_filter.predict(state, INPUT)
@@ -164,8 +164,8 @@ def run_chunk(seed: int, level: int, first: int, last: int) -> Arrays:
         scored = range(SCORED - 1, STEPS, SCORED)
         for k, name in enumerate(names):
             one = build(name, value, generator(seed, level, run, k))
-            laws = updated if name == "quadrature" else track(one, measured)[1]
-            modes = np.array([law.mode for law in laws])
+            distributions = updated if name == "quadrature" else track(one, measured)[1]
+            modes = np.array([distribution.mode for distribution in distributions])
             cosine = np.sum(rotated(modes) * rotated(truth), axis=1)
             out[f"rmse/{name}"][i] = root_mean_square(np.arccos(np.clip(cosine, -1.0, 1.0)))
             overlap = np.abs(np.sum(modes * truth, axis=1))

@@ -39,25 +39,25 @@ EXAMPLES: dict[tuple[tuple[float, ...], int], float | None] = {
     ((1, 5, 40), 50): 1.9e-11, ((1, 5, 40), 200): 3.2e-11, ((1, 5, 40), 500): 4.2e-10,
     ((1, 5, 5, 5), 50): 7.7e-13, ((1, 5, 5, 5), 200): 2.6e-13, ((1, 5, 5, 5), 500): 1.2e-13,
 }  # fmt: skip
-# Laws the published scaling does not cover: girdles and the uniform law.
+# Distributions the published scaling does not cover: girdles and the uniform distribution.
 SINGULAR: tuple[tuple[tuple[float, ...], int], ...] = (((0, 0, 30), 200), ((0, 0, 0), 200), ((0, 0, 0, 0), 200))
 CORRECTED, CORRECTED_SIZE = (1.0, 8.0, 70.0), 150
 PENALTY = 1e-4
 
 
-def law_of(diagonal: tuple[float, ...]) -> Bingham:
-    """Return the law with C_B = −diag(diagonal)."""
+def distribution_of(diagonal: tuple[float, ...]) -> Bingham:
+    """Return the distribution with C_B = −diag(diagonal)."""
     return Bingham(-np.array(diagonal, dtype=np.float64), np.eye(len(diagonal)))
 
 
-def fourth_moment_error(sample: WeightedPoints, law: Bingham) -> float:
+def fourth_moment_error(sample: WeightedPoints, distribution: Bingham) -> float:
     """Return ‖Σ w x⊗x⊗x⊗x − E[x⊗x⊗x⊗x]‖, the Frobenius norm over all entries."""
-    y = sample.points @ law.M
+    y = sample.points @ distribution.M
     tensor = np.einsum("n,ni,nj,nk,nl->ijkl", sample.weights, y, y, y, y, optimize=True)
-    _, w, hessian = log_normalizer_derivatives(law.z)
+    _, w, hessian = log_normalizer_derivatives(distribution.z)
     # E[yᵢ² yⱼ²] = Cov(yᵢ², yⱼ²) + ωᵢ ωⱼ in the principal axes; entries with an odd power vanish.
     pairs = hessian + w[:, None] * w
-    d = law.dim
+    d = distribution.dim
     for i in range(d):
         for j in range(d):
             for index in {(i, i, j, j), (i, j, i, j), (i, j, j, i)}:
@@ -73,15 +73,15 @@ def sampling_sets() -> Arrays:
     """Return points and (residual, fourth-moment error) of every sampler for every example."""
     out: Arrays = {}
     for diagonal, m in [*EXAMPLES, *SINGULAR]:
-        law = law_of(diagonal)
+        distribution = distribution_of(diagonal)
         samplers: dict[str, Any] = {"unscented": Unscented(), "rss": RiemannianSampling(m)}
         if (diagonal, m) in EXAMPLES:
             samplers["rss_gnomonic"] = RiemannianSampling(m, map="gnomonic")
         for name, sampler in samplers.items():
-            sample = sampler.sample(law)
+            sample = sampler.sample(distribution)
             x, w = sample
-            error = (x.T * w) @ x - law.moment()
-            figures = [float(np.sum(error * error)), fourth_moment_error(sample, law)]
+            error = (x.T * w) @ x - distribution.moment()
+            figures = [float(np.sum(error * error)), fourth_moment_error(sample, distribution)]
             out[f"figures/{_case(diagonal, m)}/{name}"] = np.array(figures)
             if name != "unscented":
                 out[f"points/{_case(diagonal, m)}/{name}"] = x
@@ -134,22 +134,22 @@ def trust_region(points: FloatArray, moment: FloatArray, penalty: float = 0.0) -
 
 def correction_sets() -> Arrays:
     """Return the points of Fig. 5 before and after each correction."""
-    law = law_of(CORRECTED)
-    moment = law.moment()
-    start = RiemannianSampling(CORRECTED_SIZE, map="gnomonic", correction="none").sample(law).points
+    distribution = distribution_of(CORRECTED)
+    moment = distribution.moment()
+    start = RiemannianSampling(CORRECTED_SIZE, map="gnomonic", correction="none").sample(distribution).points
     sets = {
         "start": start,
         "trust_region": trust_region(start, moment),
         "trust_region_penalised": trust_region(start, moment, PENALTY),
         "steepest_descent": steepest_descent(start, moment).points,
-        "newton": RiemannianSampling(CORRECTED_SIZE, map="gnomonic").sample(law).points,
+        "newton": RiemannianSampling(CORRECTED_SIZE, map="gnomonic").sample(distribution).points,
     }
     return {f"correction/{name}": x for name, x in sets.items()}
 
 
 def correction_rows(sets: Arrays) -> list[Row]:
     """Return the table's rows of `correction_sets`: residual E and how far the points moved (RMS, rad)."""
-    law = law_of(CORRECTED)
+    distribution = distribution_of(CORRECTED)
     case = f"{_case(CORRECTED, CORRECTED_SIZE)} correction"
     start = sets["correction/start"]
     paper = {"trust_region": 2.8e-10, "trust_region_penalised": 1.5e-9, "steepest_descent": 1.6e-10}
@@ -158,7 +158,7 @@ def correction_rows(sets: Arrays) -> list[Row]:
         x = sets[f"correction/{name}"]
         moved = 2.0 * np.arcsin(np.minimum(0.5 * np.linalg.norm(x - start, axis=1), 1.0))
         sample = WeightedPoints(x, np.full(len(x), 1.0 / len(x)))
-        rows.append(Row(case, name, "residual", moment_residual(x, law.moment()), None, paper.get(name)))
+        rows.append(Row(case, name, "residual", moment_residual(x, distribution.moment()), None, paper.get(name)))
         rows.append(Row(case, name, "displacement_rad", float(np.sqrt(np.mean(moved**2)))))
-        rows.append(Row(case, name, "fourth_moment_error", fourth_moment_error(sample, law)))
+        rows.append(Row(case, name, "fourth_moment_error", fourth_moment_error(sample, distribution)))
     return rows

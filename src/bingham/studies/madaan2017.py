@@ -45,7 +45,7 @@ def run_precession(seed: int, run: int) -> Arrays:
     body = disturbed_orientation(generator(seed, 0, run))
     truth, measured, controls = body["truth"], body["measured"], body["controls"]
     track = BinghamFilter(NOISE, NOISE).run(PRIOR, measured, controls=controls)
-    out = scores("measured", truth, measured) | scores("bingham", truth, track.modes, track.laws)
+    out = scores("measured", truth, measured) | scores("bingham", truth, track.modes, track.distributions)
 
     out |= kalman("axial_kalman", to_gaussian(NOISE).covariance, body)
     out |= kalman("axial_kalman_padded", NOISE.axis_moments[0] * np.eye(4), body)
@@ -55,9 +55,9 @@ def run_precession(seed: int, run: int) -> Arrays:
 
 def run_spin(seed: int, run: int, level: int) -> Arrays:
     """Filter one precession disturbed in its spin by the second-order filter, whose model is true."""
-    law = isotropic(SPIN_NOISES[level])
-    body = disturbed_spin(law, generator(seed, 2, level, run))
-    return scores("measured", body["truth"], body["measured"]) | second_order(law, body)
+    distribution = isotropic(SPIN_NOISES[level])
+    body = disturbed_spin(distribution, generator(seed, 2, level, run))
+    return scores("measured", body["truth"], body["measured"]) | second_order(distribution, body)
 
 
 def run_recorded(seed: int, run: int, time: FloatArray, orientation: FloatArray) -> Arrays:
@@ -65,8 +65,8 @@ def run_recorded(seed: int, run: int, time: FloatArray, orientation: FloatArray)
     measured = compose(orientation, NOISE.rvs(len(time), rng=generator(seed, 1, run)))
     tracks = [BinghamFilter(Diffusion(float(s)), NOISE).run(PRIOR, measured, times=time) for s in RANDOM_WALKS]
     best = int(np.argmax([track.total_log_evidence for track in tracks]))
-    modes, laws = tracks[best].modes, tracks[best].laws
-    out = scores("measured", orientation, measured) | scores("bingham", orientation, modes, laws)
+    modes, distributions = tracks[best].modes, tracks[best].distributions
+    out = scores("measured", orientation, measured) | scores("bingham", orientation, modes, distributions)
     out["random_walk"] = np.array(RANDOM_WALKS[best])
     return out | (_curves(orientation, measured, modes) | {"time": time - time[0]} if run == 0 else {})
 

@@ -16,11 +16,11 @@ FloatArray = NDArray[np.float64]
 
 
 def isotropic(z: float) -> Bingham:
-    """Return the law of concentration z about the identity, the same in all directions."""
+    """Return the distribution of concentration z about the identity, the same in all directions."""
     return Bingham([z, z, z, 0.0], np.eye(4)[::-1])
 
 
-# The report's laws: prior and "system noise", modes at the identity.
+# The report's distributions: prior and "system noise", modes at the identity.
 PRIOR, NOISE = isotropic(-1.0), isotropic(-5e4)
 # The rotation of one step, disturbed by w, after that of the step before, by w': they differ by w' ⊗ w*.
 SPIN_CHANGE = NOISE.compose(NOISE.inverse())
@@ -29,7 +29,7 @@ RATE_HZ, DURATION_S, SPIN, PRECESSION, TILT = 50.0, 20.0, 3.0, 0.3, 0.6
 
 
 def disturbed_orientation(rng: np.random.Generator) -> Arrays:
-    """Return a precession disturbed in every step, x' = x ⊗ u ⊗ w, measured as z = x ⊗ v; w and v have the law NOISE.
+    """Return a precession disturbed in every step, x' = x ⊗ u ⊗ w, measured as z = x ⊗ v; w, v ~ NOISE.
 
     Arrays, for T steps: truth (T, 4), spin (T, 4) with x' = spin ⊗ x, measured (T, 4), and controls u (T, 4).
     """
@@ -42,15 +42,15 @@ def disturbed_orientation(rng: np.random.Generator) -> Arrays:
     return _measured(orientation, rng) | {"controls": controls}
 
 
-def disturbed_spin(law: Bingham, rng: np.random.Generator) -> Arrays:
-    """Return what the second-order filter assumes: v' = w ⊗ u ⊗ v, x' = v' ⊗ x, w of the given law; z = x ⊗ NOISE.
+def disturbed_spin(distribution: Bingham, rng: np.random.Generator) -> Arrays:
+    """Return what the second-order filter assumes: v' = w ⊗ u ⊗ v, x' = v' ⊗ x, w ~ noise; z = x ⊗ NOISE.
 
     Arrays as for `disturbed_orientation`; the controls are accelerations, those of the undisturbed precession.
     """
     nominal = _nominal()
     spins = compose(nominal[1:], conjugate(nominal[:-1]))
     controls = np.concatenate([[[1.0, 0.0, 0.0, 0.0]], compose(spins[1:], conjugate(spins[:-1]))])
-    disturbed = compose(law.rvs(len(controls), rng=rng), controls)
+    disturbed = compose(distribution.rvs(len(controls), rng=rng), controls)
     orientation = nominal.copy()
     spin = spins[0]
     for t, turn in enumerate(disturbed):

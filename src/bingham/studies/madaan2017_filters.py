@@ -15,7 +15,7 @@ from bingham.metrics import (
     chi_square_probability,
     coverage,
     geodesic_error,
-    normalized_error,
+    nees,
     root_mean_square,
 )
 from bingham.studies.madaan2017_bodies import NOISE, PRIOR, isotropic
@@ -37,14 +37,14 @@ def kalman(name: str, noise: FloatArray, body: Arrays) -> Arrays:
     prior = GaussianState(*to_gaussian(PRIOR))
     track = AxialKalmanFilter(noise, noise).run(prior, body["measured"], body["controls"])
     truth, kept = body["truth"], slice(None, None, THIN)
-    statistic = normalized_error(track.modes[kept], track.states.covariance[kept], truth[kept])
+    statistic = nees(track.modes[kept], track.states.covariance[kept], truth[kept])
     covered = coverage(chi_square_probability(statistic, 3))
     return scores(name, truth, track.modes) | {f"coverage/{name}": covered}
 
 
-def second_order(law: Bingham, body: Arrays) -> Arrays:
-    """Run the second-order filter and score its laws of the orientation and of the spin."""
-    tracker = SecondOrderBinghamFilter(law, NOISE, noise_side="right")
+def second_order(distribution: Bingham, body: Arrays) -> Arrays:
+    """Run the second-order filter and score its distributions of the orientation and of the spin."""
+    tracker = SecondOrderBinghamFilter(distribution, NOISE, noise_side="right")
     state = SpinState(PRIOR, SPIN_PRIOR)
     states: list[SpinState] = []
     for z, u in zip(body["measured"], body["controls"], strict=True):
@@ -57,14 +57,17 @@ def second_order(law: Bingham, body: Arrays) -> Arrays:
     return found | {f"spin_{key}": value for key, value in found_spin.items()}
 
 
-def _joint(laws: list[Bingham]) -> Bingham:
-    return Bingham.from_spectrum(np.stack([law.z for law in laws]), np.stack([law.M for law in laws]))
+def _joint(distributions: list[Bingham]) -> Bingham:
+    return Bingham.from_spectrum(
+        np.stack([distribution.z for distribution in distributions]),
+        np.stack([distribution.M for distribution in distributions]),
+    )
 
 
-def scores(name: str, truth: FloatArray, modes: FloatArray, laws: Bingham | None = None) -> Arrays:
-    """Return the error of modes (T, 4), an angle of rotation, and the coverage of their laws (T,)."""
+def scores(name: str, truth: FloatArray, modes: FloatArray, distributions: Bingham | None = None) -> Arrays:
+    """Return the error of modes (T, 4), an angle of rotation, and the coverage of their distributions (T,)."""
     out: Arrays = {f"rmse/{name}": root_mean_square(2.0 * geodesic_error(modes, truth))}
-    if laws is not None:
-        kept = Bingham.from_spectrum(laws.z[::THIN].copy(), laws.M[::THIN].copy())
+    if distributions is not None:
+        kept = Bingham.from_spectrum(distributions.z[::THIN].copy(), distributions.M[::THIN].copy())
         out[f"coverage/{name}"] = coverage(angle_probability(kept, truth[::THIN]))
     return out

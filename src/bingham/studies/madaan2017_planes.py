@@ -1,9 +1,9 @@
 """Madaan, Suresh & Kalra 2017, §V and §VI: planar directions of a room by Bingham mixtures, and planes for SLAM.
 
 The report's data are not published; a rendered room and a simulated loop through four rooms take their place. Its two
-findings are run again beside what mends them: axial laws merge opposite walls, and lifting normals to pure quaternions
-changes nothing; signs put back after the fit part them. Whether the floor is found, which the report misses, is noted
-for expectation-maximisation and for sample consensus.
+findings are run again beside what fixes them: axial distributions merge opposite walls, and lifting normals to pure
+quaternions changes nothing; signs put back after the fit part them. Whether the floor is found, which the report
+misses, is noted for expectation-maximisation and for sample consensus.
 """
 
 from __future__ import annotations
@@ -88,23 +88,23 @@ def room_chunk(seed: int, first: int, last: int) -> Arrays:
 def slam_chunk(seed: int, first: int, last: int, noise: str) -> Arrays:
     """Solve one loop a run with both noise models."""
     wide, narrow = NOISES[noise]
-    law = gaussian_to_noise(np.diag([wide, wide, narrow]) ** 2)
+    distribution = gaussian_to_noise(np.diag([wide, wide, narrow]) ** 2)
     rows: dict[str, list[float]] = {}
     out: Arrays = {}
     for run in range(first, last):
         # The same loop and odometry for every noise.
-        loop = four_rooms(law, rng=generator(seed, 1, run))
+        loop = four_rooms(distribution, rng=generator(seed, 1, run))
         truth = PlanarSolution(loop.rotations, loop.positions, loop.planes, 0, 0.0, 0.0, True)
         drift = dead_reckoning(loop.measurements.turns, loop.measurements.steps)[1]
         rows.setdefault("trajectory/odometry", []).append(_rms(drift - loop.positions))
         for model in MODELS:
-            solution = solve_planar_slam(loop.measurements, law, model)
+            solution = solve_planar_slam(loop.measurements, distribution, model)
             rows.setdefault(f"trajectory/{model}", []).append(_rms(solution.positions - loop.positions))
             error = float(np.degrees(np.mean(plane_angle(solution.planes, loop.planes))))
             rows.setdefault(f"planes/{model}", []).append(error)
             rows.setdefault(f"converged/{model}", []).append(float(solution.converged))
             # From the truth both models reach their best optimum; from odometry they may stop in a worse one.
-            best = solve_planar_slam(loop.measurements, law, model, start=truth)
+            best = solve_planar_slam(loop.measurements, distribution, model, start=truth)
             rows.setdefault(f"best/{model}", []).append(_rms(best.positions - loop.positions))
             error = float(np.degrees(np.mean(plane_angle(best.planes, loop.planes))))
             rows.setdefault(f"best_planes/{model}", []).append(error)

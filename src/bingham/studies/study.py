@@ -93,7 +93,7 @@ class Study:
     version : int
         Raised whenever a chunk's results change, so that stored ones are not mixed with new ones.
     options : tuple of str
-        Names of what ``chunks`` takes besides; all others are refused.
+        Names of what ``chunks`` takes besides; all others are rejected.
     """
 
     name: str

@@ -64,8 +64,8 @@ def on_cluster(chunks: Sequence[Chunk], scheduler: str) -> Iterator[tuple[str, A
     try:
         client: Any = Client(scheduler, timeout=CONNECT_WAIT)
     except (OSError, ValueError, TypeError) as error:
-        remedy = "start one with `dask scheduler`, workers with `dask worker`"
-        raise InvalidArgumentError("scheduler", "a running Dask scheduler", repr(scheduler), remedy) from error
+        hint = "start one with `dask scheduler`, workers with `dask worker`"
+        raise InvalidArgumentError("scheduler", "a running Dask scheduler", repr(scheduler), hint) from error
     with client:
         # Tasks of a worker that dies are given to others by the scheduler. They are there before the first worker is:
         # a cluster that adapts to its load starts workers only for them.

@@ -1,4 +1,4 @@
-"""Unit normals of depth images, organised clouds and loose point clouds, turned towards the viewer."""
+"""Unit normals of depth images, organised clouds and loose point clouds, rotated towards the viewer."""
 
 from __future__ import annotations
 
@@ -91,7 +91,7 @@ def organised_normals(points: ArrayLike, *, radius: int = 5) -> Normals:
 
 
 def _best_of_windows(normal: FloatArray, residual: FloatArray, radius: int) -> tuple[FloatArray, FloatArray]:
-    """Return for every pixel the fit with the least residual among the windows centred 0 or ± radius away."""
+    """Return for every pixel the fit with the smallest residual among the windows centred 0 or ± radius away."""
     best, chosen = np.array(normal), np.array(residual)
     h, w = residual.shape
     for dv in (-radius, 0, radius):
@@ -107,7 +107,7 @@ def _best_of_windows(normal: FloatArray, residual: FloatArray, radius: int) -> t
 
 
 def cloud_normals(points: ArrayLike, *, neighbours: int = 20, viewpoint: ArrayLike = (0.0, 0.0, 0.0)) -> Normals:
-    """Return normals of a loose cloud: the least principal axis of each point's nearest neighbours.
+    """Return normals of a loose cloud: the smallest principal axis of each point's nearest neighbours.
 
     Parameters
     ----------

@@ -31,7 +31,7 @@ class PlanarMeasurements:
     turns, steps : ndarray, shape (T−1, 3, 3) and (T−1, 3)
         Measured odometry, the next pose in the frame of the last one.
     odometry_sigma : tuple of float
-        Standard deviations of a turn (rad) and of a step (m), for each axis.
+        Standard deviations of a rotation (rad) and of a step (m), for each axis.
     pose_index, plane_index : ndarray of int, shape (m,)
         Which pose saw which plane.
     seen : ndarray, shape (m, 4)
@@ -86,7 +86,7 @@ def solve_planar_slam(
     measurements : PlanarMeasurements
         Odometry and plane observations with known association; every plane is seen at least once.
     noise : Bingham
-        Law of the plane measurements, quaternions with mode at the identity.
+        Distribution of the plane measurements, quaternions with mode at the identity.
     model : {"bingham", "gaussian"}
         The Bingham likelihood, or the tangent-space Gaussian of the same covariance.
     start : PlanarSolution, optional

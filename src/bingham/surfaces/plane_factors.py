@@ -63,8 +63,8 @@ class BinghamResidual:
     """
 
     def __init__(self, measured: FloatArray, noise: Bingham) -> None:
-        law = plane_likelihood(measured, noise)
-        self._rows = np.sqrt(-2.0 * law.z[:3])[:, None] * law.M[:, :3].T
+        distribution = plane_likelihood(measured, noise)
+        self._rows = np.sqrt(-2.0 * distribution.z[:3])[:, None] * distribution.M[:, :3].T
 
     def __call__(self, rotation: FloatArray, position: FloatArray, quaternion: FloatArray) -> Linearised:
         """Return the residual at rotation (3, 3), position (3,) and plane quaternion (4,)."""
@@ -73,10 +73,10 @@ class BinghamResidual:
 
 
 class GaussianResidual:
-    """e = Σ^{−1/2} log(h* ⊕ z), the tangent-space Gaussian of Kaess (2015) with the covariance of the noise law."""
+    """e = Σ^{−1/2} log(h* ⊕ z), the tangent-space Gaussian of Kaess (2015) with the noise's covariance."""
 
     def __init__(self, measured: FloatArray, noise: Bingham) -> None:
-        # r = h* ⊗ z is linear in h, whose order (n, d) is turned round to the quaternion's (d, n).
+        # r = h* ⊗ z is linear in h, whose order (n, d) is rotated round to the quaternion's (d, n).
         right = right_matrix(as_group(measured)) @ np.diag([1.0, -1.0, -1.0, -1.0])
         self._linear = np.roll(right, -1, axis=1)
         self._whiten = np.linalg.cholesky(np.linalg.inv(noise_to_gaussian(noise))).T

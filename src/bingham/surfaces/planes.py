@@ -1,9 +1,9 @@
 """Planes as unit 4-vectors and their Bingham measurement model (Kaess 2015; Madaan, Suresh & Kalra 2017, §VI).
 
 π = (n, −δ)/√(1 + δ²) holds the points p with n·p = δ. π and −π are one plane, so planes are axes on S³ and a Bingham
-law is
-a law of planes. For the group operations π is read as the quaternion (w, x, y, z) = (π₄, π₁, π₂, π₃): small deviations
-are rotation vectors (3,), as in Kaess' minimal representation.
+distribution is
+a distribution of planes. For the group operations π is read as the quaternion (w, x, y, z) = (π₄, π₁, π₂, π₃): small
+deviations are rotation vectors (3,), as in Kaess' minimal representation.
 """
 
 from __future__ import annotations
@@ -84,7 +84,7 @@ def from_group(quaternion: ArrayLike) -> FloatArray:
 
 def _check_noise(noise: Bingham) -> None:
     if noise.dim != 4 or noise.shape:
-        raise InvalidArgumentError("noise", "a single law of quaternions, d = 4", repr(noise))
+        raise InvalidArgumentError("noise", "a single distribution of quaternions, d = 4", repr(noise))
 
 
 def observation(
@@ -96,25 +96,26 @@ def observation(
 
 
 def plane_likelihood(measured: ArrayLike, noise: Bingham) -> Bingham:
-    """Return the law of the true plane given a measured one z, flat prior: the base law turned to the observation.
+    """Return the distribution of the true plane given a measured one z, flat prior: the base one rotated there.
 
-    f(π | z) = exp(πᵀ (z ∘ V₀) Λ₀ (z ∘ V₀)ᵀ π) / F(Λ₀): every axis of the noise law, which has its mode at the identity
-    quaternion, is multiplied from the left by z (Madaan et al. 2017, §VI). Its `matrix` is the likelihood matrix.
+    f(π | z) = exp(πᵀ (z ∘ V₀) Λ₀ (z ∘ V₀)ᵀ π) / F(Λ₀): every axis of the noise distribution, which has its mode at the
+    identity quaternion, is multiplied from the left by z (Madaan et al. 2017, §VI). Its `matrix` is the likelihood
+    matrix.
 
     The report's noise acts on the right of the truth; z = π ⊕ v gives π = z ⊕ v*, hence the conjugated axes, which is
-    the same law when the noise has its mode at the identity.
+    the same distribution when the noise has its mode at the identity.
 
     Parameters
     ----------
     measured : (4,) array_like
         Measured plane in the sensor's frame.
     noise : Bingham
-        Law of v, quaternions.
+        Distribution of v, quaternions.
     """
     _check_noise(noise)
     z = as_group(unit_rows(measured, 4, "measured"))
-    law = noise.inverse().rotate(left=z)
-    return Bingham(law.z, np.roll(law.M, -1, axis=-2))
+    distribution = noise.inverse().rotate(left=z)
+    return Bingham(distribution.z, np.roll(distribution.M, -1, axis=-2))
 
 
 def noise_to_gaussian(noise: Bingham) -> FloatArray:
@@ -124,5 +125,5 @@ def noise_to_gaussian(noise: Bingham) -> FloatArray:
 
 
 def gaussian_to_noise(covariance: ArrayLike) -> Bingham:
-    """Return the noise law with mode at the identity and the tangent-space covariance (3, 3), rad²."""
+    """Return the noise distribution with mode at the identity and the tangent-space covariance (3, 3), rad²."""
     return Bingham.from_covariance([1.0, 0.0, 0.0, 0.0], covariance, frame="body")

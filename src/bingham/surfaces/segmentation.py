@@ -1,8 +1,9 @@
 """Planar directions of a scene: a Bingham mixture on the axes of its normals, then the signs put back.
 
-A Bingham law gives n and −n one density, so opposite walls share a component. Restricted to the hemisphere around a
-signed direction m it becomes 2 f(n) for mᵀn > 0: two such half laws of one component never overlap, so that
-splitting a component by the sign of mᵀn is their exact maximum-likelihood fit, with no more parameters than one share.
+A Bingham distribution gives n and −n one density, so opposite walls share a component. Restricted to the hemisphere
+around a signed direction m it becomes 2 f(n) for mᵀn > 0: two such half distributions of one component never overlap,
+so that splitting a component by the sign of mᵀn is their exact maximum-likelihood fit, with no more parameters than
+one share.
 """
 
 from __future__ import annotations
@@ -133,8 +134,8 @@ def fit_directions(
 def lift(normals: ArrayLike) -> FloatArray:
     """Return the pure quaternions (0, n) (..., 4) of normals (..., 3).
 
-    ±n become ±(0, n): still one axis for every antipodal law, on a great sphere where the second moment is singular.
-    Lifting separates no opposite walls; it is here to show that.
+    ±n become ±(0, n): still one axis for every antipodal distribution, on a great sphere where the second moment is
+    singular. Lifting separates no opposite walls; it is here to show that.
     """
     a = np.asarray(normals, dtype=np.float64)
     return np.concatenate([np.zeros((*a.shape[:-1], 1)), a], axis=-1)

@@ -67,7 +67,7 @@ def _calibration(result: StudyResult) -> Figure:
         ax.title.set_fontsize(10)
         ax.yaxis.set_major_formatter("{x:g}")
     axes[0].set(ylabel="density")
-    figure.supxlabel("stated probability of a smaller error than the true one", fontsize=10)
+    figure.supxlabel("reported probability of a smaller error than the true one", fontsize=10)
     handles, labels = axes[0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside upper center", ncols=3, fontsize=8, frameon=False)
     return figure

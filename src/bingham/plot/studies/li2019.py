@@ -46,7 +46,7 @@ def draw(result: StudyResult) -> dict[str, Figure]:
     }
 
 
-def _law(*diagonal: float) -> Bingham:
+def _distribution(*diagonal: float) -> Bingham:
     return Bingham(-np.array(diagonal), np.eye(len(diagonal)))
 
 
@@ -60,15 +60,15 @@ def _samples(result: StudyResult) -> Figure:
     _plain(axes)
     for column, (a, m) in enumerate(((5, 10), (10, 30), (30, 50))):
         points = result.curves[f"points/S1 C=(1,{a}) m={m}/rss"]
-        draw_circle_samples(axes[0, column], _law(1.0, a), points)
+        draw_circle_samples(axes[0, column], _distribution(1.0, a), points)
         axes[0, column].set_title(f"S¹, −diag(1, {a}), m = {m}", fontsize=9)
     for column, (a, m) in enumerate(((5, 50), (10, 200), (40, 500))):
         points = result.curves[f"points/S2 C=(1,5,{a}) m={m}/rss"]
-        draw_sphere_samples(axes[1, column], _law(1.0, 5.0, a), points)
+        draw_sphere_samples(axes[1, column], _distribution(1.0, 5.0, a), points)
         axes[1, column].set_title(f"S², −diag(1, 5, {a}), m = {m}", fontsize=9)
     for column, m in enumerate((50, 200, 500)):
         points = result.curves[f"points/S3 C=(1,5,5,5) m={m}/rss"]
-        draw_tangent_samples(axes[2, column], _law(1.0, 5.0, 5.0, 5.0), points)
+        draw_tangent_samples(axes[2, column], _distribution(1.0, 5.0, 5.0, 5.0), points)
         axes[2, column].set_title(f"S³ (tangent), −diag(1, 5, 5, 5), m = {m}", fontsize=9)
     return figure
 
@@ -85,7 +85,7 @@ def _corrections(result: StudyResult) -> Figure:
     _plain(axes)
     case = "S2 C=(1,8,70) m=150 correction"
     for ax, (name, label) in zip(axes, names.items(), strict=True):
-        draw_sphere_samples(ax, _law(1.0, 8.0, 70.0), result.curves[f"correction/{name}"])
+        draw_sphere_samples(ax, _distribution(1.0, 8.0, 70.0), result.curves[f"correction/{name}"])
         residual = result.value(case, name, "residual")
         moved = result.value(case, name, "displacement_rad")
         ax.set_title(f"{label}\nE = {residual:.0e}, moved {1e3 * moved:.0f} mrad", fontsize=8)

@@ -33,8 +33,8 @@ LOOP = {
 def draw(result: StudyResult) -> dict[str, Figure]:
     """Return the figures ``scene``, ``normals``, ``sensor`` and ``loop``."""
     curves = {key.removeprefix("example/"): value for key, value in result.curves.items()}
-    laws = Bingham.from_spectrum(np.array(curves["z"]), np.array(curves["M"]))
-    mixture = BinghamMixture(curves["shares"][:-1], laws, float(curves["shares"][-1]))
+    distributions = Bingham.from_spectrum(np.array(curves["z"]), np.array(curves["M"]))
+    mixture = BinghamMixture(curves["shares"][:-1], distributions, float(curves["shares"][-1]))
     found = PlaneDirections(curves["directions"], curves["weights"], mixture, curves["owner"])
     identity_last = np.eye(4)[:, [1, 2, 3, 0]]
     models = [Bingham([*spectrum, 0.0], identity_last) for spectrum in SENSOR_MODELS]

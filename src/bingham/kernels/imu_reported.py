@@ -3,7 +3,7 @@
 The corrections of a filter whose noises are described rightly are uncorrelated and have the variance P⁻ − P⁺ by which
 they shrink its covariance (Mehra, IEEE Trans. Autom. Control 15(2), 1970, for innovations). Linear accelerations,
 errors of scale and magnetic disturbances are neither white nor of one level, so their sum over a few seconds is
-watched: where its square is smaller or larger than P⁻ − P⁺ says, the covariance is stated smaller or larger by that
+watched: where its square is smaller or larger than P⁻ − P⁺ says, the covariance is reported smaller or larger by that
 factor. The estimate itself is not touched. What no later sample reveals is added: the sensor's axes against the body's,
 its clock, and the direction of the field.
 """
@@ -15,7 +15,7 @@ import math
 from bingham.kernels import imu_state as at
 from bingham.kernels.compile import compiled
 
-__all__ = ["JUDGED_TIME", "add_readout_error", "judge", "scales", "stated"]
+__all__ = ["JUDGED_TIME", "add_readout_error", "judge", "reported", "scales"]
 
 SUM_TIME = 5.0  # s: longer than the errors' correlation, of the order of the filter's memory
 JUDGED_TIME = 30.0  # s over which the ratio is averaged
@@ -56,7 +56,7 @@ def judge(s, p, x, tilt, heading, dt):
 
 @compiled()
 def scales(s):
-    """Return the factors by which variances of tilt and heading are stated.
+    """Return the factors by which variances of tilt and heading are reported.
 
     The heading's is 1 at least: a constant error of the field hides from it.
     """
@@ -94,7 +94,7 @@ def add_readout_error(c, s, par, q):
 
 
 @compiled()
-def stated(s, p, par, q, c):
+def reported(s, p, par, q, c):
     """Write the covariance c (3, 3) of the rotation error, world axes, that the filter states at orientation q (4,)."""
     tilt, heading = scales(s)
     a, b = math.sqrt(tilt), math.sqrt(heading)
