@@ -41,7 +41,7 @@ def test_errors_survive_pickling(error):
 )
 def test_values_are_one_line_of_bounded_length(value, said):
     error = InvalidArgumentError("x", "something else", value)
-    assert error.value is value
+    assert error.got is value
     assert str(error) == f"x: expected something else, got {value if said is None else said}"
 
 

@@ -1,4 +1,4 @@
-"""Exceptions of the package; each message names the argument, what was expected, what came and the hint."""
+"""Exceptions of the package: argument, expected, got, hint and place are attributes, the text is made of them."""
 
 from __future__ import annotations
 
@@ -27,10 +27,48 @@ class RecordingWarning(UserWarning):
 
 
 class BinghamError(Exception):
-    """Base class of every exception this package raises on purpose; it can be pickled, for worker processes."""
+    """Base class of every exception this package raises on purpose; it can be pickled, for worker processes.
+
+    What an error says is data; its text is made of it, in one place (`text`).
+
+    Attributes
+    ----------
+    argument : str
+        Name of the offending argument, option or file; empty where there is none.
+    expected : str
+        What the contract asks for, or what was to be done.
+    got : object
+        What came instead, as it came.
+    hint : str
+        How to fix the call or the file.
+    place : str
+        Line, column, field or row at fault; empty where the whole is.
+    """
+
+    argument: str = ""
+    expected: str = ""
+    got: Any = None
+    hint: str = ""
+    place: str = ""
+
+    def __init__(self, message: str = "", **data: Any) -> None:
+        self.message = message
+        for name, value in data.items():
+            setattr(self, name, value)
+        super().__init__(message)
+
+    def text(self, **names: str) -> str:
+        """Return the message; ``names`` replaces what it is made of, such as ``argument="--columns"``."""
+        part = {name: names.get(name, getattr(self, name)) for name in ("argument", "place", "expected", "hint")}
+        where = ": ".join(str(part[name]) for name in ("argument", "place") if part[name])
+        what = self.message or f"expected {part['expected']}, got {_brief(self.got)}"
+        return (f"{where}: " if where else "") + what + (f"; {part['hint']}" if part["hint"] else "")
+
+    def __str__(self) -> str:
+        return self.text()
 
     def __reduce__(self) -> tuple[Any, ...]:
-        # Exception would hand its message to the constructors below, which want what the message is made of.
+        # Exception would hand its arguments to the constructors below, which want what the message is made of.
         return _rebuilt, (type(self), self.args), self.__dict__
 
 
@@ -44,23 +82,23 @@ class InvalidArgumentError(BinghamError, ValueError):
     expected : str
         What the contract asks for.
     got : object
-        What came instead; kept in ``value``, cut short in the message.
+        What came instead; cut short in the message.
     hint : str
         How to fix the call.
+    place : str
+        Row or entry at fault.
     """
 
-    def __init__(self, argument: str, expected: str, got: Any, hint: str = "") -> None:
-        self.argument = argument
-        self.value = got
-        super().__init__(f"{argument}: expected {expected}, got {_brief(got)}" + (f"; {hint}" if hint else ""))
+    def __init__(self, argument: str, expected: str, got: Any, hint: str = "", place: str = "") -> None:
+        super().__init__(argument=argument, expected=expected, got=got, hint=hint, place=place)
 
 
 class ConvergenceError(BinghamError, ArithmeticError):
-    """An iteration stopped before its tolerance; `reached` holds the best value so far."""
+    """An iteration stopped before its tolerance; `reached` (also `got`) holds the best value so far."""
 
     def __init__(self, what: str, reached: Any, hint: str = "") -> None:
+        super().__init__(f"{what}; reached {_brief(reached)}", expected="convergence", got=reached, hint=hint)
         self.reached = reached
-        super().__init__(f"{what}; reached {_brief(reached)}" + (f"; {hint}" if hint else ""))
 
 
 class RecordingError(BinghamError, ValueError):
@@ -69,30 +107,27 @@ class RecordingError(BinghamError, ValueError):
     Parameters
     ----------
     path : str
-        The file.
+        The file; also in ``argument``.
     place : str
         Line, column or field inside the file; empty when the file as a whole is at fault.
     problem : str
-        What is wrong there.
+        What is wrong there; also in ``got``.
     hint : str
         How to fix the file or the call.
     """
 
     def __init__(self, path: Any, place: str, problem: str, hint: str = "") -> None:
-        self.path = str(path)
-        self.place = place
-        where = f"{path}: {place}" if place else f"{path}"
-        super().__init__(f"{where}: {problem}" + (f"; {hint}" if hint else ""))
+        super().__init__(problem, argument=str(path), place=place, got=problem, hint=hint)
+        self.path, self.problem = str(path), problem
 
 
 class MissingExtraError(BinghamError, ImportError):
     """An optional dependency is absent; the message names the extra that brings it."""
 
     def __init__(self, package: str, extra: str, purpose: str) -> None:
-        super().__init__(
-            f"{purpose} needs the package '{package}', which is not installed; "
-            f"install it with: pip install 'bingham[{extra}]'"
-        )
+        message = f"{purpose} needs the package '{package}', which is not installed"
+        super().__init__(message, expected=package, hint=f"install it with: pip install 'bingham[{extra}]'")
+        self.package, self.extra = package, extra
 
 
 def _brief(value: Any) -> str:

@@ -5,7 +5,6 @@ A quaternion q rotates body vectors into the world: v_world = q ⊗ v_body ⊗ q
 
 from __future__ import annotations
 
-import math
 from typing import Any, cast
 
 import numpy as np
@@ -13,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.transform import Rotation
 
 from bingham.errors import InvalidArgumentError
+from bingham.validation import UNIT_TOLERANCE, as_array, as_numbers, unit_rows
 
 __all__ = [
     "align_signs",
@@ -29,9 +29,6 @@ __all__ = [
 ]
 
 FloatArray = NDArray[np.float64]
-
-# Unit length is asked for to this relative tolerance; within it the rounding is removed, beyond it the call fails.
-UNIT_TOLERANCE = 1e-6
 
 
 def as_quaternion(x: ArrayLike | Rotation, *, scalar_first: bool | None = None, name: str = "x") -> FloatArray:
@@ -70,107 +67,6 @@ def as_quaternion(x: ArrayLike | Rotation, *, scalar_first: bool | None = None, 
         )
     q = unit_rows(x, 4, name)
     return q if scalar_first else np.roll(q, 1, axis=-1)
-
-
-def as_array(x: ArrayLike | Rotation) -> ArrayLike:
-    """Return (w, x, y, z) of a `Rotation`, anything else as it is."""
-    return x.as_quat(scalar_first=True) if isinstance(x, Rotation) else x
-
-
-def as_numbers(x: Any, name: str) -> FloatArray:
-    """Return x as a new float64 array; text, ragged rows and other things without numbers are rejected."""
-    try:
-        return np.array(as_array(x), dtype=np.float64)
-    except (TypeError, ValueError):
-        got = repr(x) if isinstance(x, str) else f"a {type(x).__name__} that makes none"
-        raise InvalidArgumentError(name, "an array of numbers", got) from None
-
-
-def unit_rows(x: ArrayLike | Rotation, d: int | None, name: str) -> FloatArray:
-    """Return x (..., d) as float64 with rows of exactly unit length; `Rotation` becomes (w, x, y, z)."""
-    a = as_numbers(x, name)
-    if a.ndim == 0 or (d is not None and a.shape[-1] != d):
-        raise InvalidArgumentError(name, f"shape (..., {d if d is not None else 'd'})", a.shape)
-    norm = np.linalg.norm(a, axis=-1, keepdims=True)
-    off = np.abs(norm - 1.0)
-    if not np.all(off <= UNIT_TOLERANCE):
-        worst = int(np.argmax(np.where(np.isnan(off), np.inf, off)))
-        length = float(norm.flat[worst])
-        unknown = math.isnan(length)
-        raise InvalidArgumentError(
-            name,
-            f"unit vectors within {UNIT_TOLERANCE:g}",
-            ("NaN" if unknown else f"length {length:.9g}") + _at_row(worst, norm.shape[:-1]),
-            "drop rows of NaN first" if unknown else "normalise them first if that is meant",
-        )
-    return a / norm
-
-
-def unit_or_missing(x: ArrayLike | Rotation, d: int, name: str) -> FloatArray:
-    """Return x (..., d), as `unit_rows`, where rows may be NaN throughout: missing measurements."""
-    a = as_numbers(x, name)
-    if a.shape[-1:] != (d,):
-        raise InvalidArgumentError(name, f"shape (..., {d})", a.shape)
-    missing_rows(a, name)
-    norm = np.sqrt(np.einsum("...i,...i->...", a, a))
-    wrong = np.flatnonzero(np.abs(norm - 1.0).ravel() > UNIT_TOLERANCE)
-    if wrong.size:
-        raise InvalidArgumentError(
-            name,
-            f"unit vectors within {UNIT_TOLERANCE:g}, or NaN for a missing row",
-            f"length {norm.flat[wrong[0]]:.9g}" + _at_row(wrong[0], norm.shape),
-            "normalise them first if that is meant",
-        )
-    a /= norm[..., None]
-    return a
-
-
-def missing_rows(a: FloatArray, name: str) -> NDArray[np.bool_]:
-    """Return which rows of a (..., n) are NaN throughout; reject rows that are so in part."""
-    # One pass over complete data: a sum is NaN where any entry is.
-    missing = np.isnan(a.sum(axis=-1))
-    rows = a.reshape(-1, a.shape[-1])[missing.ravel()]
-    partly = np.flatnonzero(~np.isnan(rows).all(axis=-1))
-    if partly.size:
-        row = np.flatnonzero(missing.ravel())[partly[0]]
-        got = f"{rows[partly[0]].tolist()}" + _at_row(row, missing.shape)
-        raise InvalidArgumentError(
-            name, "complete rows, or all NaN where missing", got, "drop the row, or blank all of it"
-        )
-    return missing
-
-
-def is_missing(z: Any) -> bool:
-    """Whether the measurement z is an array, of any shape, that is NaN throughout."""
-    # At once for what most measurements are.
-    if isinstance(z, np.ndarray) and z.ndim == 1 and z.size and z[0] == z[0]:
-        return False
-    try:
-        a = np.asarray(z if z is not None else (), dtype=np.float64)
-    except (TypeError, ValueError):
-        return False
-    return a.size > 0 and bool(np.isnan(a).all())
-
-
-def _at_row(index: Any, shape: tuple[int, ...]) -> str:
-    """Return " at row i, j" for a flat index into rows of the given shape, nothing for a single vector."""
-    return " at row " + ", ".join(str(int(i)) for i in np.unravel_index(index, shape)) if shape else ""
-
-
-def unit_row(x: ArrayLike | Rotation, d: int, name: str) -> FloatArray:
-    """Return one unit vector (d,), as `unit_rows`; fast for float64 arrays that are unit vectors already."""
-    if isinstance(x, np.ndarray) and x.dtype == np.float64 and x.shape == (d,):
-        square = sum([c * c for c in x.tolist()])
-        if abs(square - 1.0) <= 4e-16:
-            return x
-        if abs(square - 1.0) <= UNIT_TOLERANCE:
-            return x / math.sqrt(square)
-    a = np.atleast_1d(as_numbers(x, name))
-    missing_rows(a, name)
-    a = unit_rows(a, d, name)
-    if a.shape != (d,):
-        raise InvalidArgumentError(name, f"a single unit vector ({d},)", a.shape)
-    return a
 
 
 def compose(p: ArrayLike, q: ArrayLike) -> FloatArray:

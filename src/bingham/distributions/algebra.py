@@ -11,7 +11,8 @@ from bingham.errors import InvalidArgumentError
 from bingham.kernels.batch import diagonalize_rows_4
 from bingham.kernels.normalizer import LARGEST
 from bingham.kernels.single import composed_2, composed_4
-from bingham.rotations import UNIT_TOLERANCE, as_numbers, compose, conjugate, unit_rows
+from bingham.rotations import compose, conjugate
+from bingham.validation import UNIT_TOLERANCE, as_numbers, unit_rows
 
 if TYPE_CHECKING:
     from scipy.spatial.transform import Rotation

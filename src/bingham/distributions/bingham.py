@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from bingham.distributions.algebra import compose_spectra, noise_parts, sample_rows, sorted_spectrum, spectral
-from bingham.distributions.arguments import as_generator, check_kind, integer
 from bingham.distributions.normalizer import log_normalizer, log_normalizer_derivatives, solve_moments
 from bingham.distributions.uncertainty import (
     covariance,
@@ -20,7 +19,8 @@ from bingham.distributions.uncertainty import (
 )
 from bingham.errors import InvalidArgumentError
 from bingham.kernels.envelope import sample
-from bingham.rotations import as_numbers, compose, conjugate, unit_rows
+from bingham.rotations import compose, conjugate
+from bingham.validation import as_generator, as_numbers, check_kind, integer, unit_rows
 
 if TYPE_CHECKING:
     from scipy.spatial.transform import Rotation

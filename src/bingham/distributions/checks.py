@@ -4,14 +4,15 @@ from __future__ import annotations
 
 from typing import Any
 
-from bingham.distributions.arguments import described
 from bingham.distributions.bingham import Bingham
 from bingham.distributions.mixture import BinghamMixture
 from bingham.errors import InvalidArgumentError
+from bingham.validation import described
 
-__all__ = ["check_distribution", "check_mixture"]
+__all__ = ["check_distribution", "check_measurement_noise", "check_mixture", "check_process_noise"]
 
 NEW_DISTRIBUTION = "make one by Bingham.uniform(d), Bingham.from_covariance(q, C, frame=...) or Bingham(z, M)"
+DISTRIBUTION_OF_NOISE = "for a covariance C about the identity: Bingham.from_covariance([1, 0, 0, 0], C, frame='body')"
 
 
 def check_distribution(distribution: Any, name: str, hint: str = NEW_DISTRIBUTION) -> None:
@@ -34,3 +35,32 @@ def check_mixture(mixture: Any, name: str) -> None:
         "BinghamMixture.single(distribution)" if single else "BinghamMixture.single(Bingham.uniform(d)) knows nothing"
     )
     raise InvalidArgumentError(name, "a BinghamMixture", described(mixture), hint)
+
+
+def check_process_noise(w: Any) -> None:
+    """Reject what is neither a distribution nor has the methods of a `MotionModel`."""
+    if isinstance(w, Bingham) or (callable(getattr(w, "propagate", None)) and not isinstance(w, type)):
+        return
+    expected = "a Bingham distribution or a motion model with propagate(state, control, dt)"
+    if callable(getattr(w, "likelihood", None)):
+        hint = "swap them: the process noise comes first, the sensor second"
+    else:
+        hint = DISTRIBUTION_OF_NOISE + ", or take Diffusion(σ) or Gyroscope(noise density)"
+    raise InvalidArgumentError("process_noise", expected, described(w), hint)
+
+
+def check_measurement_noise(v: Any, *, mixtures: bool = False) -> None:
+    """Reject what is no distribution (or mixture, where filters take them) and has not the method of a `Sensor`."""
+    if isinstance(v, Bingham) or (mixtures and isinstance(v, BinghamMixture)):
+        return
+    if callable(getattr(v, "likelihood", None)) and not isinstance(v, type):
+        return
+    distributions = "a Bingham distribution, a BinghamMixture" if mixtures else "a Bingham distribution"
+    if callable(getattr(v, "propagate", None)):
+        hint = "swap them: the process noise, or motion model, comes first, the sensor second"
+    elif isinstance(v, BinghamMixture):
+        hint = "MixtureFilter takes mixtures"
+    else:
+        hint = DISTRIBUTION_OF_NOISE
+    expected = f"{distributions} or a sensor with likelihood(z, predicted)"
+    raise InvalidArgumentError("measurement_noise", expected, described(v), hint)

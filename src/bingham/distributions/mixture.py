@@ -11,10 +11,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.special import gammaln, logsumexp
 
-from bingham.distributions.arguments import as_generator, check_kind, check_number
 from bingham.distributions.bingham import Bingham
 from bingham.errors import InvalidArgumentError
-from bingham.rotations import as_numbers, unit_rows
+from bingham.validation import as_generator, as_numbers, check_kind, check_number, unit_rows
 
 if TYPE_CHECKING:
     from scipy.spatial.transform import Rotation

@@ -11,7 +11,7 @@ from scipy.integrate import quad_vec
 from bingham.distributions.bingham import Bingham
 from bingham.distributions.uncertainty import colatitude_density
 from bingham.errors import InvalidArgumentError
-from bingham.rotations import unit_rows
+from bingham.validation import unit_rows
 
 __all__ = ["Gaussian", "angular_variance", "from_gaussian", "from_von_mises", "from_von_mises_fisher", "to_gaussian",
            "to_von_mises", "to_von_mises_fisher"]  # fmt: skip

@@ -8,13 +8,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from bingham.distributions.arguments import as_generator
 from bingham.distributions.em import EMResult, expectation_maximization
 from bingham.distributions.mixture import BinghamMixture
 from bingham.distributions.sample_consensus import sample_consensus
 from bingham.distributions.starts import seed_axes, start_from_axes
 from bingham.errors import ConvergenceError, InvalidArgumentError
-from bingham.rotations import unit_rows
+from bingham.validation import as_generator, unit_rows
 
 if TYPE_CHECKING:
     from scipy.spatial.transform import Rotation

@@ -11,10 +11,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.optimize import root_scalar
 
-from bingham.distributions.arguments import check_number
 from bingham.distributions.normalizer import log_normalizer, log_normalizer_derivatives
 from bingham.errors import InvalidArgumentError
-from bingham.rotations import as_numbers, compose, conjugate
+from bingham.rotations import compose, conjugate
+from bingham.validation import as_numbers, check_number
 
 __all__ = [
     "colatitude_density",

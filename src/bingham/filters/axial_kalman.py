@@ -9,9 +9,9 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.transform import Rotation
 
 from bingham.errors import InvalidArgumentError
-from bingham.filters.checks import check_state, covariance_matrix, noise_covariance, unchecked
 from bingham.filters.gaussian import GaussianState, KalmanInfo, KalmanTrack, align_to, kalman_update, run_steps
-from bingham.rotations import compose, right_matrix, unit_rows
+from bingham.rotations import compose, right_matrix
+from bingham.validation import check_state, covariance_matrix, noise_covariance, unchecked, unit_rows
 
 __all__ = ["AxialKalmanFilter"]
 

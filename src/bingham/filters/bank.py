@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.transform import Rotation
 
-from bingham.distributions.arguments import check_kind
 from bingham.errors import InvalidArgumentError
 from bingham.filters.protocol import Filter, Info
+from bingham.validation import check_kind
 
 __all__ = ["BankInfo", "BankState", "FilterBank"]
 

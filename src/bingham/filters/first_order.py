@@ -9,11 +9,9 @@ from typing import Literal
 from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
-from bingham.distributions.arguments import described
 from bingham.distributions.bingham import Bingham
-from bingham.distributions.checks import check_distribution
+from bingham.distributions.checks import check_distribution, check_measurement_noise, check_process_noise
 from bingham.errors import InvalidArgumentError
-from bingham.filters.checks import check_measurement_noise, check_noise_side, check_process_noise
 from bingham.filters.gate import Gate
 from bingham.filters.protocol import MISSING, UpdateInfo
 from bingham.filters.sequence import run_conjugate
@@ -21,7 +19,7 @@ from bingham.filters.stepwise import run_rows
 from bingham.filters.track import Track
 from bingham.models.motion import Diffusion, Gyroscope, MotionModel, RandomWalk
 from bingham.models.sensors import OrientationSensor, Sensor, condition
-from bingham.rotations import as_array, is_missing
+from bingham.validation import as_array, check_noise_side, described, is_missing
 
 __all__ = ["BinghamFilter"]
 

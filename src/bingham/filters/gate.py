@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 from scipy.special import chdtri
 
-from bingham.distributions.arguments import check_number
 from bingham.errors import InvalidArgumentError
+from bingham.validation import check_number
 
 __all__ = ["Gate"]
 

@@ -13,9 +13,8 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.transform import Rotation
 
 from bingham.errors import InvalidArgumentError
-from bingham.filters.checks import covariance_matrix, finite, unchecked
 from bingham.filters.protocol import Filter, State, each_step
-from bingham.rotations import unit_or_missing
+from bingham.validation import covariance_matrix, finite, unchecked, unit_or_missing
 
 __all__ = ["GaussianState", "KalmanInfo", "KalmanTrack", "align_to", "kalman_update", "put_moments", "run_steps"]
 

@@ -11,16 +11,14 @@ from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 from scipy.special import logsumexp
 
-from bingham.distributions.arguments import integer
 from bingham.distributions.bingham import Bingham
-from bingham.distributions.checks import check_distribution, check_mixture
+from bingham.distributions.checks import check_distribution, check_measurement_noise, check_mixture, check_process_noise
 from bingham.distributions.mixture import BinghamMixture, log_area
 from bingham.errors import InvalidArgumentError
-from bingham.filters.checks import check_measurement_noise, check_noise_side, check_process_noise
 from bingham.filters.protocol import MISSING, UpdateInfo
 from bingham.models.motion import MotionModel, RandomWalk
 from bingham.models.sensors import OrientationSensor, Sensor, condition
-from bingham.rotations import as_array, as_numbers, is_missing
+from bingham.validation import as_array, as_numbers, check_noise_side, integer, is_missing
 
 __all__ = ["MixtureFilter", "ambiguous_noise"]
 

@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.transform import Rotation
 
 from bingham.errors import InvalidArgumentError
-from bingham.rotations import as_array
+from bingham.validation import as_array
 
 __all__ = ["MISSING", "Filter", "HasMode", "Info", "UpdateInfo", "each_step"]
 

@@ -13,9 +13,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.transform import Rotation
 
-from bingham.filters.checks import check_noise_side, check_state, noise_covariance, unchecked
 from bingham.filters.gaussian import GaussianState, KalmanInfo, KalmanTrack, align_to, kalman_update, run_steps
-from bingham.rotations import left_matrix, right_matrix, unit_rows
+from bingham.rotations import left_matrix, right_matrix
+from bingham.validation import check_noise_side, check_state, noise_covariance, unchecked, unit_rows
 
 __all__ = ["QuaternionEkf", "noise_about", "projection_jacobian"]
 

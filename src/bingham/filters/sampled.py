@@ -15,13 +15,13 @@ from scipy.spatial.transform import Rotation
 from bingham.distributions.bingham import Bingham
 from bingham.distributions.checks import check_distribution
 from bingham.errors import ConvergenceError, InvalidArgumentError
-from bingham.filters.checks import check_noise_side
 from bingham.filters.sequence import time_steps
 from bingham.filters.track import Track
 from bingham.filters.user_functions import checked_log_likelihood, checked_motion
-from bingham.rotations import as_array, is_missing, left_matrix, missing_rows, right_matrix, unit_rows
+from bingham.rotations import left_matrix, right_matrix
 from bingham.sampling.protocol import Sampler
 from bingham.sampling.riemannian import RiemannianSampling
+from bingham.validation import as_array, check_noise_side, is_missing, missing_rows, unit_rows
 
 __all__ = ["SampledFilter", "SampledUpdateInfo"]
 

@@ -7,10 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from bingham.distributions.arguments import check_kind
-from bingham.filters.checks import finite, noise_variance, unchecked, variance
 from bingham.filters.gaussian import KalmanInfo, KalmanTrack, run_steps
-from bingham.rotations import unit_or_missing, unit_rows
+from bingham.validation import check_kind, finite, noise_variance, unchecked, unit_or_missing, unit_rows, variance
 
 __all__ = ["AngleState", "ScalarKalmanFilter"]
 

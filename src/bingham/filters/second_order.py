@@ -9,15 +9,13 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.transform import Rotation
 
-from bingham.distributions.arguments import check_kind
 from bingham.distributions.bingham import Bingham
 from bingham.distributions.checks import check_distribution
 from bingham.errors import InvalidArgumentError
-from bingham.filters.checks import check_noise_side
 from bingham.filters.protocol import MISSING, UpdateInfo
 from bingham.models.motion import RandomWalk
 from bingham.models.sensors import OrientationSensor
-from bingham.rotations import as_array, unit_or_missing
+from bingham.validation import as_array, check_kind, check_noise_side, unit_or_missing
 
 __all__ = ["SecondOrderBinghamFilter", "SpinState", "classify_spin"]
 

@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.transform import Rotation
 
-from bingham.filters.checks import check_noise_side, check_state, noise_covariance, unchecked
 from bingham.filters.gaussian import (
     GaussianState,
     KalmanInfo,
@@ -20,7 +19,8 @@ from bingham.filters.gaussian import (
     run_steps,
 )
 from bingham.filters.quaternion_ekf import noise_about, projection_jacobian
-from bingham.rotations import compose, left_matrix, right_matrix, unit_rows
+from bingham.rotations import compose, left_matrix, right_matrix
+from bingham.validation import check_noise_side, check_state, noise_covariance, unchecked, unit_rows
 
 __all__ = ["SecondOrderQuaternionEkf", "SpinningGaussian"]
 

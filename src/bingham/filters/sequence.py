@@ -17,7 +17,8 @@ from bingham.kernels.threads import by_rows
 from bingham.models.motion import ControlledRotation, Diffusion, Gyroscope, MotionModel, RandomWalk, diffusion_weight
 from bingham.models.sensors import OrientationSensor
 from bingham.recording import as_seconds
-from bingham.rotations import as_numbers, from_rotation_vector, unit_or_missing
+from bingham.rotations import from_rotation_vector
+from bingham.validation import as_numbers, unit_or_missing
 
 __all__ = ["run_conjugate", "sequence_steps", "time_steps"]
 

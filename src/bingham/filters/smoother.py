@@ -14,7 +14,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from bingham.distributions.arguments import check_kind, integer
 from bingham.distributions.bingham import Bingham
 from bingham.errors import InvalidArgumentError
 from bingham.filters.first_order import BinghamFilter
@@ -22,6 +21,7 @@ from bingham.filters.track import Track
 from bingham.models.motion import Gyroscope, RandomWalk
 from bingham.models.sensors import OrientationSensor, VectorSensor
 from bingham.rotations import compose, conjugate
+from bingham.validation import check_kind, integer
 
 __all__ = ["smooth_fixed_interval", "smooth_fixed_lag"]
 

@@ -13,7 +13,7 @@ from bingham.errors import InvalidArgumentError
 from bingham.filters.protocol import each_step
 from bingham.filters.sequence import sequence_steps
 from bingham.filters.track import Track
-from bingham.rotations import as_numbers, missing_rows
+from bingham.validation import as_numbers, missing_rows
 
 if TYPE_CHECKING:
     from bingham.filters.first_order import BinghamFilter

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bingham.errors import InvalidArgumentError
-from bingham.rotations import UNIT_TOLERANCE
+from bingham.validation import UNIT_TOLERANCE
 
 __all__ = ["checked_log_likelihood", "checked_motion"]
 

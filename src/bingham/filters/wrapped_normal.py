@@ -14,11 +14,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.special import i0e
 
-from bingham.distributions.arguments import check_kind
-from bingham.filters.checks import finite, noise_variance, unchecked, variance
 from bingham.filters.gaussian import KalmanInfo, KalmanTrack, run_steps
 from bingham.filters.von_mises import log_resultant, von_mises_concentration
-from bingham.rotations import unit_or_missing, unit_rows
+from bingham.validation import check_kind, finite, noise_variance, unchecked, unit_or_missing, unit_rows, variance
 
 __all__ = ["DoubledAngleState", "WrappedNormalFilter"]
 

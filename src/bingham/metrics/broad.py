@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from bingham.errors import InvalidArgumentError
-from bingham.rotations import as_numbers, compose, conjugate, unit_rows
+from bingham.rotations import compose, conjugate
+from bingham.validation import as_numbers, unit_rows
 
 __all__ = ["BroadErrors", "broad_errors", "broad_rmse", "heading_offset"]
 

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from bingham.errors import InvalidArgumentError
-from bingham.rotations import unit_or_missing, unit_rows
+from bingham.validation import unit_or_missing, unit_rows
 
 __all__ = ["geodesic_error", "known", "nees", "root_mean_square"]
 

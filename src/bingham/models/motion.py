@@ -14,13 +14,13 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from bingham.distributions.algebra import NoiseParts, compose_spectra, noise_parts
-from bingham.distributions.arguments import check_number
 from bingham.distributions.bingham import Bingham
 from bingham.distributions.checks import check_distribution
 from bingham.errors import InvalidArgumentError
 from bingham.kernels.moments import concentrations_2
 from bingham.kernels.single import diffused_4
-from bingham.rotations import from_rotation_vector, unit_rows
+from bingham.rotations import from_rotation_vector
+from bingham.validation import check_number, unit_rows
 
 __all__ = ["ControlledRotation", "Diffusion", "Gyroscope", "MotionModel", "RandomWalk", "diffusion_weight"]
 

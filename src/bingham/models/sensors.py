@@ -13,12 +13,12 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.special import i0e
 
-from bingham.distributions.arguments import check_number
 from bingham.distributions.bingham import Bingham
 from bingham.distributions.checks import check_distribution
 from bingham.errors import InvalidArgumentError
 from bingham.kernels.single import added_4, updated_2, updated_4
-from bingham.rotations import as_numbers, compose, conjugate, from_rotation_vector, rotate, unit_row, unit_rows
+from bingham.rotations import compose, conjugate, from_rotation_vector, rotate
+from bingham.validation import as_numbers, check_number, unit_row, unit_rows
 
 __all__ = [
     "Conditioned",

@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from bingham.distributions.arguments import as_generator, integer
 from bingham.distributions.bingham import Bingham
 from bingham.sampling.protocol import WeightedPoints, single
+from bingham.validation import as_generator, integer
 
 __all__ = ["RandomSampling"]
 

@@ -8,12 +8,12 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from bingham.distributions.arguments import check_number, integer
 from bingham.distributions.bingham import Bingham
 from bingham.errors import ConvergenceError, InvalidArgumentError
 from bingham.sampling.descent import steepest_descent
 from bingham.sampling.gaussian_lcd import standard_normal_points
 from bingham.sampling.protocol import WeightedPoints, single
+from bingham.validation import check_number, integer
 
 __all__ = ["RiemannianSampling", "gnomonic", "transported"]
 

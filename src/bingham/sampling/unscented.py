@@ -6,10 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bingham.distributions.arguments import check_number
 from bingham.distributions.bingham import Bingham
 from bingham.errors import InvalidArgumentError
 from bingham.sampling.protocol import WeightedPoints, single
+from bingham.validation import check_number
 
 __all__ = ["Unscented"]
 

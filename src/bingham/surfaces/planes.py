@@ -13,7 +13,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from bingham.distributions.bingham import Bingham
 from bingham.errors import InvalidArgumentError
-from bingham.rotations import compose, unit_rows
+from bingham.rotations import compose
+from bingham.validation import unit_rows
 
 __all__ = ["as_group", "from_group", "gaussian_to_noise", "make_plane", "noise_to_gaussian", "observation",
 "plane_angle", "plane_likelihood", "split_plane", "to_body", "to_world"]  # fmt: skip

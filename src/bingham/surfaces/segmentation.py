@@ -15,10 +15,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from bingham.distributions.arguments import as_generator
 from bingham.distributions.mixture import BinghamMixture
 from bingham.errors import InvalidArgumentError
-from bingham.rotations import unit_rows
+from bingham.validation import as_generator, unit_rows
 
 __all__ = ["PlaneDirections", "fit_directions", "lift"]
 
