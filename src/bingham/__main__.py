@@ -10,12 +10,12 @@ __all__ = ["main"]
 def main() -> None:
     """Run the command line; without its packages, say how to get them."""
     try:
-        from bingham.cli.main import app
+        from bingham.cli.main import main as run
     except ModuleNotFoundError as error:
         if error.name not in ("typer", "rich"):
             raise
         raise SystemExit(str(MissingExtraError(error.name, "cli", "the command line"))) from None
-    app(prog_name="bingham")
+    run()
 
 
 if __name__ == "__main__":

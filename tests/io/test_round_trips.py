@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from bingham import Bingham, BinghamFilter, ImuFilter, ImuState
+from bingham.atomic import replaced
 from bingham.errors import InvalidArgumentError, RecordingError
 from bingham.io import (
     RecordingWarning,
@@ -20,7 +21,6 @@ from bingham.io import (
     write_track_npz,
     write_tum,
 )
-from bingham.io.atomic import replaced
 from bingham.recording import ImuRecording, OrientationRecording
 from bingham.simulate import simulate_imu, simulate_tumbling
 

@@ -6,7 +6,6 @@ import json
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
 import typer
 
 from bingham.cli.signs import printed
@@ -56,8 +55,8 @@ def cluster(
 
     The number of clusters is the one with the lowest BIC. Prints weight, concentrations and mode of each cluster.
     """  # fmt: skip
+    from bingham.atomic import staged
     from bingham.cli.first_use import announce_compilation
-    from bingham.cli.staging import staged
     from bingham.cli.wording import in_options, worded
     from bingham.distributions.mixture import BinghamMixture
     from bingham.io import read_axes
@@ -120,6 +119,8 @@ def _sizes(text: str) -> list[int]:
 
 def describe(axes: Axes, mixture: BinghamMixture, label: Any) -> dict[str, Any]:
     """Return what there is to say about a mixture; the heaviest cluster first would break the labels, so as fitted."""
+    import numpy as np
+
     distributions = mixture.components
     angles = np.degrees(distributions.credible_angle(0.95))
     return {

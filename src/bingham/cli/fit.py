@@ -6,7 +6,6 @@ import json
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
 import typer
 
 from bingham.cli.signs import GEOGRAPHIC, printed
@@ -50,8 +49,8 @@ def fit(
     Prints concentrations and principal axes with standard errors, mode, entropy and the 95 % credible angle; for
     columns n, e, d also trend and plunge, and the pole of the best plane.
     """  # fmt: skip
+    from bingham.atomic import staged
     from bingham.cli.first_use import announce_compilation
-    from bingham.cli.staging import staged
     from bingham.cli.wording import in_options
     from bingham.distributions.bingham import Bingham
     from bingham.io import read_axes
@@ -92,6 +91,7 @@ def describe(axes: Axes, distribution: Bingham) -> dict[str, Any]:
 
     Axes that the data leave open have infinite errors; JSON knows no such number, so they become None.
     """
+    import numpy as np
     from scipy.special import chdtri
 
     size, dim = axes.values.shape
@@ -126,6 +126,8 @@ def describe(axes: Axes, distribution: Bingham) -> dict[str, Any]:
 
 def trend_plunge(axis: Any) -> list[float]:
     """Return azimuth of an axis (north, east, down) clockwise from north, and dip of its lower end, degrees."""
+    import numpy as np
+
     north, east, down = axis if axis[2] >= 0 else -axis
     return [
         float(np.degrees(np.arctan2(east, north)) % 360),

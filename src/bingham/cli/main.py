@@ -13,7 +13,9 @@ from typing import Any
 import typer
 from typer.core import TyperGroup
 
-from bingham import __version__
+from bingham import __version__, atomic
+from bingham.cli.ending import Terminated, ending_in_order
+from bingham.cli.terminal import discard_output, open_streams, say, say_error
 from bingham.errors import BinghamError
 
 __all__ = ["COMMANDS", "app", "main"]
@@ -26,6 +28,7 @@ COMMANDS = [
     "tune",
     "simulate",
     "reproduce",
+    "doctor",
 ]
 
 
@@ -34,21 +37,33 @@ class Commands(TyperGroup):
 
     def invoke(self, ctx: Any) -> Any:
         """Run the command that the user chose."""
+        atomic.written.clear()
         with warnings.catch_warnings():
             warnings.showwarning = show_warning
             try:
                 return super().invoke(ctx)
             except BinghamError as error:
-                typer.echo(f"bingham: {error}", err=True)
+                say_error(str(error))
                 raise typer.Exit(2) from None
-            except KeyboardInterrupt:
-                typer.echo("bingham: interrupted; nothing written", err=True)
-                raise typer.Exit(130) from None
+            except (KeyboardInterrupt, Terminated) as end:
+                number = getattr(end, "number", 2)
+                say_error(f"{'interrupted' if number == 2 else 'terminated'}; {_written()}")
+                raise typer.Exit(128 + number) from None
+            except MemoryError:
+                say_error("not enough memory; give smaller recordings, or close other programs")
+                raise typer.Exit(2) from None
 
 
 def show_warning(message: Warning | str, *_: Any, **__: Any) -> None:
     """Print a warning as one line, without the source line that raised it."""
-    sys.stderr.write(f"bingham: warning: {message}\n")
+    say_error(f"warning: {message}")
+
+
+def _written() -> str:
+    """What an interruption leaves behind."""
+    if not atomic.written:
+        return "nothing written"
+    return f"{len(atomic.written)} files are written, the last is {atomic.written[-1]}"
 
 
 app = typer.Typer(
@@ -56,7 +71,6 @@ app = typer.Typer(
     cls=Commands,
     help="Uncertainty on axes and 3-D orientations: track recordings, fit axes, simulate sensors.",
     no_args_is_help=True,
-    add_completion=False,
     pretty_exceptions_enable=False,
     rich_markup_mode="markdown",
     context_settings={"help_option_names": ["-h", "--help"]},
@@ -66,7 +80,7 @@ app = typer.Typer(
 def version(show: bool) -> None:
     """Print the version and stop."""
     if show:
-        typer.echo(f"bingham {__version__}")
+        say(f"bingham {__version__}")
         raise typer.Exit
 
 
@@ -82,5 +96,22 @@ for command in COMMANDS:
 
 
 def main() -> None:
-    """Run the command line."""
-    app(prog_name="bingham")
+    """Run the command line; what happens to standard output is told apart from what happens to files."""
+    if closed := open_streams():
+        say_error(f"{closed}: closed; redirect it, > /dev/null discards what is printed")
+        raise SystemExit(2)
+    code: Any = 0
+    try:
+        with ending_in_order():
+            try:
+                app(prog_name="bingham")
+            except SystemExit as end:
+                code = end.code
+        sys.stdout.flush()
+    except BrokenPipeError:  # whoever reads has seen enough, as `head`
+        discard_output()
+    except OSError as error:
+        discard_output()
+        say_error(f"{error.filename or 'standard output'}: {error.strerror}; check the disk or the pipe behind it")
+        code = 2
+    raise SystemExit(code)

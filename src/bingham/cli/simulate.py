@@ -6,7 +6,6 @@ from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
 import typer
 
 from bingham.errors import InvalidArgumentError
@@ -84,6 +83,8 @@ def simulate(
     seed: int = typer.Option(0, min=0, help="Same seed, same recording."),
 ) -> None:
     """Simulate a recording with known truth, to be read by `bingham track`."""
+    import numpy as np
+
     from bingham import io, simulate
     from bingham.cli.filtering import orientation_noise
     from bingham.cli.first_use import announce_compilation

@@ -118,7 +118,7 @@ def _open(state: Path | None) -> ImuStream:
 
 
 def _save(stream: ImuStream, state: Path) -> None:
-    from bingham.io.atomic import replaced
+    from bingham.atomic import replaced
 
     with replaced(state) as path:
         path.write_text(stream.state.to_json(), encoding="utf-8")

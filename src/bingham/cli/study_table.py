@@ -31,7 +31,7 @@ MOST_ROWS = 60
 
 def write_result(result: StudyResult, output: Path, *, draw_figures: bool, as_json: bool, all_rows: bool) -> None:
     """Write table and figures into a folder, and print the table or what counts of it, or one JSON object."""
-    from bingham.io.atomic import replaced
+    from bingham.atomic import replaced
 
     output.mkdir(parents=True, exist_ok=True)
     paths: list[Path] = []

@@ -120,12 +120,12 @@ def track(
     With - in place of recordings, lines "gyr|acc|mag TIME X Y Z" (rad/s, m/s²) are read from standard input and each is
     answered by a line of JSON; lines that make no sense are reported, skipped and counted.
     """
+    from bingham.atomic import staged
     from bingham.cli.filtering import FilterOptions
     from bingham.cli.first_use import announce_compilation
     from bingham.cli.given import given_options, reject_options
     from bingham.cli.reading import name_of, options
     from bingham.cli.report import print_table
-    from bingham.cli.staging import staged
 
     given = given_options(context)
     if "-" in map(str, recordings):

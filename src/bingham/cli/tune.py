@@ -60,9 +60,9 @@ def tune(
     white noise: Gyroscope, VectorSensor and simulate_imu take it, ImuFilter and bingham track need none of it. Ground
     truth is not used.
     """
+    from bingham.atomic import staged
     from bingham.cli.first_use import announce_compilation
     from bingham.cli.reading import options, read
-    from bingham.cli.staging import staged
     from bingham.filters.tune import UNDETERMINED
     from bingham.filters.tune import tune as search
     from bingham.recording import ImuRecording

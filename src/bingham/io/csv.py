@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from bingham.atomic import replaced
 from bingham.errors import InvalidArgumentError, RecordingError
-from bingham.io.atomic import replaced
 from bingham.io.checks import build, build_of_units, normalised
 from bingham.io.columns import COLUMNS, group, understand
 from bingham.io.text import TextTable, numbered_lines

@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
+from bingham.atomic import replaced
 from bingham.errors import RecordingError
-from bingham.io.atomic import replaced
 from bingham.io.checks import damaged, existing, note
 from bingham.io.fields import Fields
 from bingham.io.trial import trial

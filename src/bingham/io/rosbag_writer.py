@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import tempfile
-from collections.abc import Generator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import Literal
 
 from numpy.typing import ArrayLike
 
+from bingham.atomic import replaced
 from bingham.errors import InvalidArgumentError, RecordingError
 from bingham.io.rosbag_copy import Copy
 from bingham.io.rosbag_message import Estimates
@@ -77,7 +75,7 @@ def write_rosbag(
         topic = f"{name.rstrip('/')}{SUFFIX}" if topic is None else topic
         if any(c.topic == topic for c in bag.connections):
             raise RecordingError(source, f"topic {topic}", "is in the bag already", "give the new topic another name")
-        with _replaced(path) as temporary, Copy(bag, source, temporary) as copy:
+        with replaced(path, folder=bag.is2) as temporary, Copy(bag, source, temporary) as copy:
             for connection, received, data in bag.messages():
                 copy.write(connection, received, data)
                 if (connection.topic, connection.msgtype) == (name, IMU):
@@ -101,17 +99,3 @@ def _check_target(path: Path, source: Path, *, ros2: bool) -> None:
         raise RecordingError(path, "", "is the bag that is read", "write to another place")
     if path.exists() and (ros2 != path.is_dir() or (ros2 and not (path / "metadata.yaml").is_file())):
         raise RecordingError(path, "", "something that is no bag is in the way", "give another name")
-
-
-@contextmanager
-def _replaced(path: Path) -> Generator[Path]:
-    """Give a path of the same name in a temporary folder beside; what is written there takes the place of `path`."""
-    try:
-        with tempfile.TemporaryDirectory(prefix=".bingham-", dir=path.parent) as folder:
-            temporary = Path(folder) / path.name
-            yield temporary
-            if path.exists():
-                path.replace(Path(folder) / "before")
-            temporary.replace(path)
-    except OSError as error:
-        raise RecordingError(path, "", f"cannot be written: {error.strerror}", "check permissions and space") from error

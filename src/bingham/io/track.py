@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from bingham.atomic import replaced
 from bingham.errors import InvalidArgumentError, RecordingError
-from bingham.io.atomic import replaced
 from bingham.io.checks import existing
 from bingham.io.fields import Fields
 from bingham.io.npz import load_archive, save_archive

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike
 
-from bingham.io.atomic import replaced
+from bingham.atomic import replaced
 from bingham.io.checks import build, normalised
 from bingham.io.text import TextTable, numbered_lines
 from bingham.recording import OrientationRecording

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import os
 import sys
-import tempfile
 import warnings
 from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
+
+from bingham.atomic import replaced
+from bingham.errors import RecordingError
 
 __all__ = ["cache_folder", "cached_array"]
 
@@ -51,10 +53,9 @@ def cached_array(name: str, compute: Callable[[], NDArray[np.float64]],
     array = compute()
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        with tempfile.NamedTemporaryFile(dir=path.parent, prefix=name, suffix=".part", delete=False) as part:
-            np.save(part, array)
-        os.replace(part.name, path)
-    except OSError as problem:
+        with replaced(path) as temporary:
+            np.save(temporary, array)
+    except (OSError, RecordingError) as problem:
         warnings.warn(f"cannot keep {path}: {problem}; the array is computed again in every process; "
                       "set BINGHAM_CACHE to a folder that can be written", UserWarning, stacklevel=2)  # fmt: skip
     return array

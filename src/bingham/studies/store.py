@@ -4,16 +4,17 @@ from __future__ import annotations
 
 import hashlib
 import json
-import os
-import zipfile
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from bingham.atomic import disk_errors, replaced
 from bingham.studies.study import Arrays
 
 __all__ = ["RunStore"]
+
+CHECKSUM = "checksum"
 
 
 class RunStore:
@@ -36,13 +37,14 @@ class RunStore:
         return self.folder / f"{key}.npz"
 
     def load(self, key: str) -> Arrays | None:
-        """Return the stored arrays of a chunk, or None if it has to be run."""
+        """Return the stored arrays of a chunk, or None if it has to be run: absent, damaged or another chunk's."""
         try:
             with np.load(self._path(key), allow_pickle=False) as stored:
-                return {name: stored[name] for name in stored.files}
-        except (FileNotFoundError, zipfile.BadZipFile, EOFError):
-            # A damaged file (full disk, power cut) counts as absent: the chunk is run again.
+                arrays = {name: stored[name] for name in stored.files}
+        except Exception:  # NumPy and zipfile raise whatever they stumble over in a damaged file
             return None
+        checksum = arrays.pop(CHECKSUM, None)
+        return arrays if checksum is not None and str(checksum) == _checksum(key, arrays) else None
 
     def clear(self) -> None:
         """Remove what is stored of this study."""
@@ -50,19 +52,19 @@ class RunStore:
             path.unlink()
 
     def save(self, key: str, arrays: Arrays) -> None:
-        """Store a chunk's arrays atomically."""
-        self.folder.mkdir(parents=True, exist_ok=True)
-        path = self._path(key)
-        partial = path.with_suffix(f".{os.getpid()}.part")
-        try:
-            with partial.open("wb") as file:
-                np.savez(file, allow_pickle=False, **arrays)
-            os.replace(partial, path)
-        finally:
-            partial.unlink(missing_ok=True)
+        """Store a chunk's arrays atomically, with a checksum over their names, types, shapes and bytes."""
+        with disk_errors(self.folder):
+            self.folder.mkdir(parents=True, exist_ok=True)
+        with replaced(self._path(key)) as path, path.open("wb") as file:
+            np.savez(file, allow_pickle=False, **arrays, **{CHECKSUM: np.array(_checksum(key, arrays))})
+
+
+def _checksum(key: str, arrays: Arrays) -> str:
+    content = "".join(f"{name}={_digest(value)};" for name, value in sorted(arrays.items()))
+    return hashlib.sha256(f"{key}:{content}".encode()).hexdigest()
 
 
 def _digest(value: Any) -> str:
-    """Return a fingerprint of an array for `identity`."""
+    """Return a fingerprint of an array."""
     a = np.ascontiguousarray(value)
     return f"{a.dtype}{a.shape}{hashlib.sha256(a.tobytes()).hexdigest()}"
