@@ -8,8 +8,8 @@ WORKERS ?= 2
 PYTEST_ARGS ?= -n $(WORKERS) --dist loadfile
 BIN := $(VENV)/bin
 
-# A recorded motion if the data sets lie beside the project; a simulated one otherwise.
-RECORDING ?= $(firstword $(wildcard ../shared/data/broad/*.npz))
+# A recorded motion that the project carries; any file will do: make demo RECORDING=path
+RECORDING ?= tests/data/broad_06_excerpt.npz
 
 .DEFAULT_GOAL := help
 .NOTPARALLEL:
@@ -48,12 +48,7 @@ test: $(VENV)/.with-test build/.kernels
 
 demo: export MPLBACKEND = Agg
 demo: $(VENV)/.with-cli,io build/.kernels
-ifneq ($(RECORDING),)
 	$(BIN)/bingham track $(RECORDING) -o demo
-else
-	$(BIN)/bingham simulate tumbling -o demo/recording.npz
-	$(BIN)/bingham track demo/recording.npz -o demo
-endif
 
 bench: $(VENV)/.with-cli,io,bench build/.kernels
 	$(BIN)/python benchmarks/run.py

@@ -48,6 +48,8 @@ def test_the_table_is_printed_and_stored_runs_are_used(tmp_path, monkeypatch):
     [(["kurz1813"], "expected one of kurz2013"), (["kurz2013", "--scheduler", "nowhere:1"], "scheduler: expected")],
 )
 def test_mistakes_end_in_one_line(tmp_path, monkeypatch, arguments, words):
+    if "--scheduler" in arguments:
+        pytest.importorskip("dask.distributed", reason="extra 'dask' not installed")
     monkeypatch.setattr("bingham.studies.workers.CONNECT_WAIT", 0.2)
     result = run(app, ["reproduce", *arguments, "--runs", "2", "-o", str(tmp_path)])
     assert result.exit_code == 2
