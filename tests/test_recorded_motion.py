@@ -1,4 +1,4 @@
-"""The inertial filter on recorded fast rotation with an optical reference, so that a clean clone checks accuracy on real motion."""
+"""The inertial filter on recorded fast rotation with an optical reference: accuracy on real motion in a clean clone."""
 
 from dataclasses import replace
 from pathlib import Path
