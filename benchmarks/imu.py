@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from bingham import ImuFilter, InertialFilter
+from bingham import ImuFilter
+from bingham.filters import InertialFilter
 from bingham.metrics import broad_rmse
 from bingham.simulate import simulate_imu, simulate_tumbling
 

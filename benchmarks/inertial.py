@@ -12,7 +12,8 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-from bingham import ImuFilter, ImuRecording, ImuStream, ImuTrack
+from bingham import ImuFilter, ImuRecording
+from bingham.filters import ImuStream, ImuTrack
 from bingham.io import read_recording
 from bingham.metrics import broad_rmse
 from bingham.rotations import compose, conjugate

@@ -56,7 +56,7 @@ def fill_in(app, docname: str, source: list[str]) -> None:
     entries = "\n".join(f"   {stem}" for stem in studies)
     tree = f".. toctree::\n   :maxdepth: 1\n\n{entries}" if studies else ""
     source[0] = source[0].replace("{{studies}}", tree)
-    names = "\n".join(f"   ~bingham.{module}.{name}" for name, module in sorted(bingham._PUBLIC.items()))
+    names = "\n".join(f"   ~{getattr(bingham, name).__module__}.{name}" for name in bingham.__all__)
     source[0] = source[0].replace("{{names}}", f".. autosummary::\n\n{names}")
 
 

@@ -11,7 +11,8 @@ from dataclasses import replace
 import matplotlib.pyplot as plt
 import numpy as np
 
-from bingham import Bingham, InertialFilter
+from bingham import Bingham
+from bingham.filters import InertialFilter
 from bingham.simulate import simulate_imu, simulate_tumbling
 
 motion = simulate_tumbling(60.0, 100.0, rest_s=5.0)

@@ -4,8 +4,9 @@ import json
 import numpy as np
 import pytest
 
-from bingham import ImuFilter, ImuState, ImuStream
+from bingham import ImuFilter
 from bingham.cli.stream import follow
+from bingham.filters import ImuState, ImuStream
 from bingham.io import read_recording
 
 

@@ -10,7 +10,7 @@ from bingham import Bingham, BinghamFilter, Gate
 from bingham.cli import track as command
 from bingham.filters.imu import ImuFilter, ImuState
 from bingham.io import read_csv, read_recording, read_track, read_tum, write_npz
-from bingham.models.motion import Diffusion
+from bingham.models.diffusion import Diffusion
 from bingham.models.sensors import OrientationSensor
 from bingham.simulate import simulate_imu, simulate_tumbling
 

@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 from scipy.optimize import linear_sum_assignment
 
-from bingham import Bingham, BinghamMixture, ConvergenceError, InvalidArgumentError
+from bingham import Bingham, BinghamMixture, InvalidArgumentError
 from bingham.distributions.bounded import bounded_concentrations
 from bingham.distributions.em import expectation_maximization
 from bingham.distributions.normalizer import log_normalizer_derivatives, moments
+from bingham.errors import ConvergenceError
 
 from .test_mixture import random_mixture
 

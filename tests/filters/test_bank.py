@@ -3,10 +3,11 @@
 import numpy as np
 import pytest
 
-from bingham import Bingham, BinghamFilter, Gate, ScalarKalmanFilter
+from bingham import Bingham, BinghamFilter, Gate
+from bingham.baselines import ScalarKalmanFilter
+from bingham.baselines.scalar_kalman import AngleState
 from bingham.errors import InvalidArgumentError
 from bingham.filters.bank import BankState, FilterBank
-from bingham.filters.scalar_kalman import AngleState
 from bingham.filters.second_order import SecondOrderBinghamFilter, SpinState, classify_spin
 from bingham.rotations import compose, from_rotation_vector
 

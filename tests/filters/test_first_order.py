@@ -6,7 +6,6 @@ import pytest
 from bingham import (
     Bingham,
     BinghamFilter,
-    ControlledRotation,
     Diffusion,
     Gate,
     Gyroscope,
@@ -14,6 +13,7 @@ from bingham import (
     InvalidArgumentError,
     VectorSensor,
 )
+from bingham.models import ControlledRotation
 from bingham.rotations import compose, conjugate, from_rotation_vector, to_rotation_vector
 
 IDENTITY = {2: np.eye(2)[:, ::-1], 4: np.eye(4)[:, ::-1]}
@@ -286,7 +286,7 @@ def test_long_runs_stay_orthonormal_and_sorted():
     (lambda f: f.run(PRIOR[4], np.eye(4), times=[0, 1, 1, 2]), "times: expected strictly increasing"),
     (lambda f: f.run(PRIOR[4], np.eye(4), times=[0, 1, 2]), "times: expected shape"),
     (lambda f: f.run(PRIOR[4], np.eye(4), times=[0, 1, 2, 9]), "regular times"),
-    (lambda f: f.run(PRIOR[4], np.eye(4), keep="some"), "keep: expected 'all' or 'last'"),
+    (lambda f: f.run(PRIOR[4], np.eye(4), keep="some"), "keep: expected 'all', 'modes' or 'last'"),
     (lambda f: f.update(PRIOR[2], [1.0, 0, 0, 0]), "state: expected a single distribution of dimension 4"),
     (lambda f: f.run(PRIOR[4], [[1.0, 0, 0, 0], [1.0, 0, 0, np.nan]]), "measurements: .* all NaN .* nan\\] at row 1"),
     (lambda f: f.update(PRIOR[4], [1.0, np.nan, 0, 0]), "z: expected complete rows, or all NaN where missing"),
@@ -299,7 +299,7 @@ def test_long_runs_stay_orthonormal_and_sorted():
     (lambda f: VectorSensor([0.0, 0, 0], 1.0), "reference"),
     (lambda f: VectorSensor("up", 1.0), "reference: expected an array of numbers, got 'up'"),
     (lambda f: VectorSensor([0.0, 0, 1], "x"), "concentration: expected a finite number > 0, got 'x'"),
-    (lambda f: Gyroscope("x"), "noise_density: expected a finite number >= 0, rad/s/√Hz, got 'x'"),
+    (lambda f: Gyroscope("x"), "noise_density: expected a finite number >= 0, or three .*, rad/s/√Hz, got 'x'"),
     (lambda f: Diffusion(0.1).propagate(PRIOR[4], None, "x"), "dt: expected a time step"),
     (lambda f: f.run(PRIOR[4], "abc"), "measurements: expected an array of numbers, got 'abc'"),
 ])  # fmt: skip

@@ -5,7 +5,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from bingham import ImuFilter, ImuRecording, ImuState, InertialFilter
+from bingham import ImuFilter, ImuRecording
+from bingham.filters import ImuState, InertialFilter
 from bingham.io import read_recording
 from bingham.kernels.gap import PACE_STATE, bridge_gaps
 from bingham.metrics import geodesic_error

@@ -6,7 +6,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from bingham import Bingham, ImuFilter, ImuRecording, ImuState, ImuStream, InvalidArgumentError
+from bingham import Bingham, ImuFilter, ImuRecording, InvalidArgumentError
+from bingham.filters import ImuState, ImuStream
 from bingham.filters.tangent import covariance_of_distribution, distribution_of_covariance
 from bingham.rotations import compose, conjugate, from_rotation_vector, rotate, to_rotation_vector
 from bingham.simulate import simulate_imu, simulate_tumbling
@@ -270,9 +271,8 @@ def test_clipping_is_noticed():
 @pytest.mark.parametrize("factor", [0.5, 1.0, 2.0])
 def test_variances_are_reported_by_the_corrections_made(factor):
     """Scalar Kalman filters in equilibrium whose corrections are `factor` times what they expect."""
-    from bingham.kernels.imu_reported import judge, scales
-
     from bingham.kernels import imu_state as at
+    from bingham.kernels.imu_reported import judge, scales
 
     rng = np.random.default_rng(4)
     before, after = 2.0e-4, 1.98e-4

@@ -5,7 +5,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from bingham import Bingham, ImuRecording, InertialFilter, InvalidArgumentError
+from bingham import Bingham, ImuRecording, InvalidArgumentError
+from bingham.filters import InertialFilter
 from bingham.io import read_recording
 from bingham.metrics import broad_rmse
 

@@ -5,37 +5,36 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from bingham import (
-    AxialKalmanFilter,
-    BankState,
     Bingham,
     BinghamFilter,
     BinghamMixture,
-    ControlledRotation,
     Diffusion,
-    FilterBank,
     Gyroscope,
     MixtureFilter,
-    QuaternionEkf,
     SampledFilter,
-    ScalarKalmanFilter,
     SecondOrderBinghamFilter,
-    SecondOrderQuaternionEkf,
     SpinState,
     VectorSensor,
-    WrappedNormalFilter,
-    smooth_fixed_interval,
-    smooth_fixed_lag,
 )
+from bingham.baselines import (
+    AxialKalmanFilter,
+    QuaternionEkf,
+    ScalarKalmanFilter,
+    SecondOrderQuaternionEkf,
+    WrappedNormalFilter,
+)
+from bingham.baselines.gaussian import GaussianState
+from bingham.baselines.scalar_kalman import AngleState
+from bingham.baselines.second_order_ekf import SpinningGaussian
+from bingham.baselines.wrapped_normal import DoubledAngleState
 from bingham.errors import InvalidArgumentError
-from bingham.filters.gaussian import GaussianState
-from bingham.filters.protocol import each_step
-from bingham.filters.scalar_kalman import AngleState
-from bingham.filters.second_order_ekf import SpinningGaussian
-from bingham.filters.wrapped_normal import DoubledAngleState
+from bingham.filters import BankState, FilterBank, smooth_fixed_interval, smooth_fixed_lag
+from bingham.filters.run import each_step
 from bingham.metrics import geodesic_error
+from bingham.models import ControlledRotation
 from bingham.rotations import compose, conjugate, from_rotation_vector, rotate
 
-DT = 0.1
+DT = 0.125
 LENGTH, MISSING_ROW = 12, 6
 RATE = np.array([0.2, -0.1, 0.3])
 
@@ -119,7 +118,7 @@ def test_one_loop_runs_every_filter(entry):
         evidence.append(float(info.log_evidence))
     assert 2.0 * geodesic_error(np.array(modes)[-3:], truth[-3:]).max() < 0.1
 
-    steps = list(each_step(f, prior, z, controls, np.full(LENGTH, DT)))
+    steps = list(each_step(f, prior, z, controls=controls, times=DT * np.arange(LENGTH), start_time=-DT))
     np.testing.assert_array_equal([state.mode for state, _ in steps], modes)
     np.testing.assert_array_equal([float(info.log_evidence) for _, info in steps], evidence)
 
@@ -193,7 +192,7 @@ def test_other_sensors_follow_the_same_rule():
     assert same is state and info.reason == "missing"
     body = rotate(conjugate(from_rotation_vector(RATE)), up)
     rows = np.array([body, np.full(3, np.nan), body])
-    assert [info.accepted for _, info in each_step(f, WIDE[4], rows, None, np.full(3, DT))] == [True, False, True]
+    assert [info.accepted for _, info in each_step(f, WIDE[4], rows, times=[0.0, DT, 2 * DT])] == [True, False, True]
 
 
 def test_a_loop_names_the_row_of_a_mistake():
@@ -203,7 +202,7 @@ def test_a_loop_names_the_row_of_a_mistake():
     with pytest.raises(InvalidArgumentError) as caught:
         list(each_step(f, WIDE[4], z))
     assert caught.value.__notes__ == ["in row 3 of the sequence"]
-    for wrong in ({"controls": z[:4]}, {"steps": [0.1]}):
+    for wrong in ({"controls": z[:4]}, {"times": [0.1]}):
         with pytest.raises(InvalidArgumentError, match=f"{next(iter(wrong))}: expected"):
             list(each_step(f, WIDE[4], z, **wrong))
     with pytest.raises(InvalidArgumentError, match="measurements: expected shape"):
@@ -274,11 +273,11 @@ def test_a_state_of_another_kind_is_named_and_its_hint(name):
 
 @pytest.mark.parametrize(("call", "message"), [
     (lambda f: f.update(SHEER, np.eye(4)[0]), "state: .*MixtureFilter; one of the distributions"),
-    (lambda f: f.predict(f.run(WIDE[4], np.eye(4))), "state: .*got a Track; the last .* is track.final"),
+    (lambda f: f.predict(f.run(WIDE[4], np.eye(4))), "state: .*got a BinghamTrack; the last .* is track.final"),
     (lambda f: MixtureFilter(W[4], V[4]).update(WIDE[4], np.eye(4)[0]), "state: .*BinghamMixture.single"),
     (lambda f: SampledFilter().run(np.eye(4)[0], np.eye(4)), "prior: expected a Bingham distribution"),
     (lambda f: smooth_fixed_lag(WIDE[4], f, np.eye(4), 2), "bingham_filter: .*got a Bingham; the filter comes first"),
-    (lambda f: smooth_fixed_interval(f, f.run(WIDE[4], np.eye(4)), np.eye(4)), "prior: .* got a Track"),
+    (lambda f: smooth_fixed_interval(f, f.run(WIDE[4], np.eye(4)), np.eye(4)), "prior: .* got a BinghamTrack"),
     (lambda f: smooth_fixed_lag(f, WIDE[4], np.eye(4), 2.5), "lag: expected an integer"),
 ])  # fmt: skip
 def test_laws_and_tracks_are_not_exchanged(call, message):

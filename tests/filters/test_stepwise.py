@@ -1,16 +1,26 @@
-"""Sequences through sensors without a compiled loop."""
+"""Sequences through vector and heading sensors, by the compiled loop and row by row."""
 
 import numpy as np
 import pytest
 
 from bingham import Bingham, BinghamFilter, Gate, Gyroscope, HeadingSensor, InvalidArgumentError, VectorSensor
 from bingham.filters.smoother import smooth_fixed_interval
-from bingham.filters.stepwise import run_rows
 from bingham.metrics import geodesic_error
 from bingham.rotations import compose, conjugate, from_rotation_vector, rotate
 
 IDENTITY_LAST = np.eye(4)[:, ::-1]
 FIELD = np.array([0.0, 0.4, -0.9]) / np.hypot(0.4, 0.9)
+
+
+class Stepwise(BinghamFilter):
+    """The same filter without its compiled loop."""
+
+    @property
+    def batched(self):
+        return False
+
+    def _compiled(self, prior, rows):
+        return None
 
 
 @pytest.fixture(scope="module")
@@ -77,7 +87,7 @@ def test_rows_and_the_compiled_loop_agree(d):
     y[20:25] = np.nan
     times = np.arange(60.0)
     compiled = f.run(Bingham.uniform(d), y, times=times)
-    rows = run_rows(f, Bingham.uniform(d), y, None, times, None, "all")
+    rows = Stepwise(noise, sensor, gate=Gate(0.9)).run(Bingham.uniform(d), y, times=times)
     assert 0 < np.sum(compiled.decision == 0) < 30
     np.testing.assert_array_equal(rows.decision, compiled.decision)
     np.testing.assert_allclose(rows.concentrations, compiled.concentrations, rtol=1e-9, atol=1e-12)
@@ -95,13 +105,15 @@ def test_mistakes_are_named_with_their_row(turning):
         f.run(Bingham.uniform(4), bad, controls=rate, times=t)
     zero = body.copy()
     zero[7] = 0.0
-    with pytest.raises(InvalidArgumentError, match="z: expected") as caught:
+    with pytest.raises(InvalidArgumentError, match=r"measurements: expected a non-zero vector, .* at row 7"):
         f.run(Bingham.uniform(4), zero, controls=rate, times=t)
+    with pytest.raises(InvalidArgumentError, match="z: expected") as caught:
+        Stepwise(f.motion, f.sensors[0]).run(Bingham.uniform(4), zero, controls=rate, times=t)
     assert caught.value.__notes__ == ["in row 7 of the sequence"]
     with pytest.raises(InvalidArgumentError, match="controls: expected 400 rows"):
         f.run(Bingham.uniform(4), body, controls=rate[:9], times=t)
     with pytest.raises(InvalidArgumentError, match="one by one"):
-        f.run(Bingham.uniform(4), body[None], controls=rate, times=t)
+        Stepwise(f.motion, f.sensors[0]).run(Bingham.uniform(4), body[None], controls=rate, times=t)
     with pytest.raises(InvalidArgumentError, match="times: expected seconds"):
         f.run(Bingham.uniform(4), body, controls=rate)
 
@@ -121,5 +133,5 @@ def test_vectors_are_smoothed_too(turning):
         return np.sqrt(np.mean(np.arccos(np.clip(to_field, -1.0, 1.0)) ** 2))
 
     assert error(smoothed) < 0.8 * error(filtered)
-    with pytest.raises(InvalidArgumentError, match="bingham_filter: expected a sensor whose likelihood"):
+    with pytest.raises(InvalidArgumentError, match="bingham_filter: expected sensors whose likelihood"):
         smooth_fixed_interval(BinghamFilter(Gyroscope(0.05), HeadingSensor(50.0)), start, seen, **given)

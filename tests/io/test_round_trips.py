@@ -5,9 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from bingham import Bingham, BinghamFilter, ImuFilter, ImuState
+from bingham import Bingham, BinghamFilter, ImuFilter
 from bingham.atomic import replaced
 from bingham.errors import InvalidArgumentError, RecordingError
+from bingham.filters import ImuState
 from bingham.io import (
     RecordingWarning,
     read_csv,

@@ -5,7 +5,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from bingham import Bingham, BinghamFilter, BinghamMixture
-from bingham.models.motion import Diffusion
+from bingham.models.diffusion import Diffusion
 from bingham.models.sensors import OrientationSensor
 from bingham.plot.axes import equal_area, plot_fit
 from bingham.plot.mixture import plot_mixture

@@ -3,8 +3,8 @@ import pytest
 from scipy.stats import chi2
 
 from bingham import Bingham
+from bingham.baselines.gaussian import GaussianState
 from bingham.distributions.relations import from_gaussian, to_gaussian
-from bingham.filters.gaussian import GaussianState
 from bingham.metrics import geodesic_error
 from bingham.rotations import compose, conjugate, rotate
 from bingham.studies import load_study

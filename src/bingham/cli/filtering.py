@@ -144,7 +144,7 @@ def _orientations(recording: OrientationRecording, options: FilterOptions) -> Pr
     from bingham.filters.first_order import BinghamFilter
     from bingham.filters.gate import Gate
     from bingham.filters.smoother import smooth_fixed_interval
-    from bingham.models.motion import Diffusion
+    from bingham.models.diffusion import Diffusion
     from bingham.models.sensors import OrientationSensor
 
     filter_ = BinghamFilter(

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 if TYPE_CHECKING:
     from bingham.distributions.bingham import Bingham
     from bingham.filters.imu_track import ImuTrack
-    from bingham.filters.track import Track
+    from bingham.filters.track import BinghamTrack
 
 __all__ = ["Result", "of_imu_track", "of_track"]
 
@@ -64,7 +64,7 @@ class Result:
         return self.distributions.mode
 
 
-def of_track(track: Track) -> Result:
+def of_track(track: BinghamTrack) -> Result:
     """Return the result of a filter whose states are distributions."""
     state = getattr(track, "state", None)
     rest = {f.name: getattr(state, f.name) for f in fields(state)} if is_dataclass(state) else {}

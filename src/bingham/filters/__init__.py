@@ -1,1 +1,7 @@
-"""filters layer."""
+"""Recursive filters, one algorithm a file; ``__init__.pyi`` lists the public names."""
+
+from __future__ import annotations
+
+from bingham._lazy import attach
+
+__getattr__, __dir__, __all__ = attach(__name__, __file__)

@@ -12,14 +12,18 @@ from scipy.spatial.transform import Rotation
 
 from bingham.errors import InvalidArgumentError
 from bingham.filters.protocol import Filter, Info
+from bingham.filters.run import RecursiveFilter
+from bingham.filters.track import Track
 from bingham.validation import check_kind
 
 __all__ = ["BankInfo", "BankState", "FilterBank"]
 
 FloatArray = NDArray[np.float64]
 
+START = "start from BankState([state, ...])"
 
-@dataclass(frozen=True, eq=False)
+
+@dataclass(frozen=True, eq=False, repr=False)
 class BankState:
     """States of all members and the total log-evidence (k,) of each.
 
@@ -45,6 +49,10 @@ class BankState:
         if np.isnan(totals).any() or not -np.inf < totals.max() < np.inf:
             raise InvalidArgumentError("log_evidence", "numbers below +∞, not all of them −∞", totals)
         object.__setattr__(self, "log_evidence", totals)
+
+    def __repr__(self) -> str:
+        shares = np.array2string(self.probabilities, precision=3, threshold=8)
+        return f"<BankState of {len(self.states)} hypotheses with probabilities {shares}; best: {self.best}>"
 
     @property
     def totals(self) -> FloatArray:
@@ -75,18 +83,20 @@ class BankState:
 class BankInfo(NamedTuple):
     """What an update of a bank says about itself.
 
-    ``log_evidence``: that of the bank as a mixture of its hypotheses. ``accepted``: whether any member was updated.
-    ``reason``: why none was, in the words of the best one; empty otherwise. ``members``: what each says.
+    ``log_evidence``: that of the bank as a mixture of its hypotheses. ``nis``: that of the best member. ``accepted``:
+    whether any member was updated. ``reason``: why none was, in the words of the best one; empty otherwise.
+    ``members``: what each says.
     """
 
     log_evidence: float
+    nis: float
     accepted: bool
     reason: str
     members: tuple[Info, ...]
 
 
 @dataclass(frozen=True)
-class FilterBank:
+class FilterBank(RecursiveFilter[BankState, Track[BankState]]):
     """Several filters, or one filter for several priors, fed the same measurements.
 
     Parameters
@@ -113,11 +123,24 @@ class FilterBank:
             raise InvalidArgumentError("members", "at least one filter", "none")
 
     def _pairs(self, state: BankState) -> list[tuple[Any, Any]]:
-        check_kind(state, BankState, "state", "start from BankState([state, ...])")
+        check_kind(state, BankState, "state", START)
         members = list(self.members) * (len(state.states) if len(self.members) == 1 else 1)
         if len(members) != len(state.states):
             raise InvalidArgumentError("state", f"{len(members)} states, one for each filter", len(state.states))
         return list(zip(members, state.states, strict=True))
+
+    @property
+    def needs_times(self) -> bool:
+        """Whether one of the members does."""
+        return any(getattr(member, "needs_times", False) for member in self.members)
+
+    @property
+    def noise_per_step(self) -> bool:
+        """Whether the process noise of one of the members is that of one step."""
+        return any(getattr(member, "noise_per_step", False) for member in self.members)
+
+    def _check_prior(self, prior: BankState) -> None:
+        check_kind(prior, BankState, "prior", START)
 
     def predict(
         self, state: BankState, control: ArrayLike | Rotation | None = None, dt: float | None = None
@@ -135,4 +158,5 @@ class FilterBank:
         new = BankState([s for s, _ in results], state.totals + gained)
         log_evidence = float(np.logaddexp.reduce(new.totals) - np.logaddexp.reduce(state.totals))
         accepted = any(bool(info.accepted) for info in infos)
-        return new, BankInfo(log_evidence, accepted, "" if accepted else infos[new.best].reason, infos)
+        best = infos[new.best]
+        return new, BankInfo(log_evidence, float(best.nis), accepted, "" if accepted else best.reason, infos)

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 from scipy.special import chdtri
 
 from bingham.errors import InvalidArgumentError
-from bingham.validation import check_number
+from bingham.validation import check_number, described
 
-__all__ = ["Gate"]
+__all__ = ["Gate", "check_gate"]
 
 
 @dataclass(frozen=True)
@@ -36,3 +37,10 @@ class Gate:
     def threshold(self, rank: int) -> float:
         """Return the largest NIS accepted for a likelihood of the given rank."""
         return float(chdtri(rank, 1.0 - self.probability))
+
+
+def check_gate(gate: Any) -> None:
+    """Raise unless it is a `Gate` or None."""
+    if gate is not None and not isinstance(gate, Gate):
+        hint = f"write gate=Gate({gate})" if isinstance(gate, float) else "Gate(0.999)"
+        raise InvalidArgumentError("gate", "a Gate", described(gate), hint)

@@ -12,18 +12,25 @@ from bingham.distributions.bingham import Bingham
 from bingham.distributions.checks import check_distribution
 from bingham.errors import InvalidArgumentError
 from bingham.filters.gate import Gate
-from bingham.filters.track import Track
+from bingham.filters.run import warn_of_rejections
+from bingham.filters.sequence import bingham_track, run_quaternions, sensor_table
+from bingham.filters.track import MISSING, BinghamTrack
 from bingham.kernels.gap import PACE_STATE, bridge_gaps
-from bingham.kernels.inertial import run_inertial
 from bingham.kernels.lowpass import LOWPASS_STATE, average_specific_force
+from bingham.models.sensors import HeadingSensor, VectorSensor
 from bingham.recording import ImuRecording
+from bingham.rotations import from_rotation_vector
 
 __all__ = ["InertialFilter", "InertialState", "InertialTrack"]
 
 FloatArray = NDArray[np.float64]
 
+# Seconds of white noise that one sample averages at most (below 20 Hz it counts as one sample), and the first one.
+LONGEST_SHARE = 0.05
+FIRST_SHARE = 0.01
 
-@dataclass(frozen=True, eq=False)
+
+@dataclass(frozen=True, eq=False, repr=False)
 class InertialState:
     """All an inertial filter carries from sample to sample; saving it and going on gives the identical track.
 
@@ -38,34 +45,28 @@ class InertialState:
     magnetometer: FloatArray
     pace: FloatArray
 
+    def __repr__(self) -> str:
+        return f"<InertialState at {self.time:.6g} s: {self.distribution!r}>"
+
     @property
     def mode(self) -> FloatArray:
         """Most probable orientation (4,)."""
         return self.distribution.mode
 
 
-@dataclass(frozen=True, eq=False)
-class InertialTrack(Track):
-    """A `Track` whose ``nis`` and ``decision`` are (T, 2): gravity, heading; ``state`` continues it."""
+@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
+class InertialTrack(BinghamTrack):
+    """A `BinghamTrack` of two sensors, gravity and heading; ``state`` continues it."""
 
-    state: InertialState = field(kw_only=True)
-
-    @property
-    def accepted(self) -> NDArray[np.bool_]:
-        """Samples none of whose measurements was rejected (T,)."""
-        return np.asarray(np.all(self.decision != 0, axis=-1))
-
-    def reasons(self) -> list[str]:
-        """Why something of each sample was rejected; empty where nothing was."""
-        words = [""] * len(self)
-        for i, j in zip(*np.nonzero(self.decision == 0), strict=True):
-            words[i] += f"{('gravity', 'heading')[j]}: NIS {self.nis[i, j]:.4g} above the gate; "
-        return [w.removesuffix("; ") for w in words]
+    state: InertialState
 
 
 @dataclass(frozen=True)
 class InertialFilter:
     """Orientation from a gyroscope, an accelerometer and, where present, a magnetometer.
+
+    ``BinghamFilter(Gyroscope(...), [VectorSensor(...), HeadingSensor(...)])`` for recordings: before its loop runs,
+    gaps are bridged, the specific force is averaged and repeated rows of the magnetometer are left out.
 
     The gyroscope rotates the distribution and diffuses it; the specific force, averaged in a frame the gyroscope holds
     still, adds Davenport's matrix of the vertical; the field adds its heading and leaves the inclination alone. Each
@@ -146,53 +147,49 @@ class InertialFilter:
         pace = np.zeros(PACE_STATE) if state is None else state.pace.copy()
         bridge_gaps(steps, gyroscope, pace, gaps)
         average = np.zeros(LOWPASS_STATE) if state is None else state.average.copy()
-        gravity = np.empty((0, 3))
+        gravity = np.full((count, 3), np.nan)
         if recording.accelerometer is not None:
-            gravity = np.empty((count, 3))
             average_specific_force(
                 steps, gyroscope, gaps, np.array(recording.accelerometer), self.averaging_time, average, gravity
             )
-        field_rows, last_row = np.empty((0, 3)), np.full(3, np.nan)
+        field_rows, last_row = np.full((count, 3), np.nan), np.full(3, np.nan)
         if recording.magnetometer is not None:
             field_rows = np.array(recording.magnetometer)
             before = last_row if state is None else state.magnetometer
             repeated = np.all(field_rows == np.concatenate([before[None], field_rows[:-1]]), axis=1)
             last_row = field_rows[-1].copy()
             field_rows[repeated] = np.nan
-        z, frame = np.array(distribution.z), np.array(distribution.M.T, order="C")
-        out_z, out_frames = np.empty((count, 4)), np.empty((count, 4, 4))
-        evidence, nis = np.empty(count), np.empty((count, 2))
-        decision = np.empty((count, 2), dtype=np.int8)
-        limits = [math.inf if self.gate is None else self.gate.threshold(rank) for rank in (2, 1)]
-        run_inertial(
-            z,
-            frame,
-            steps,
-            gyroscope,
-            gaps,
-            gravity,
-            field_rows,
-            self.gyroscope_noise_density**2,
-            self.gravity_noise_density**-2,
-            self.heading_noise_density**-2,
-            math.sin(self.declination),
-            math.cos(self.declination),
-            limits[0],
-            limits[1],
-            out_z,
-            out_frames,
-            evidence,
-            nis,
-            decision,
+        limits = np.array([math.inf if self.gate is None else self.gate.threshold(rank) for rank in (2, 1)])
+        y = np.concatenate([gravity, field_rows], axis=1)[None]
+        variances = self.gyroscope_noise_density**2 * steps + gaps
+        # A sample speaks for the time since the last one, but not for a gap.
+        shares = np.where(steps > 0.0, np.minimum(steps, LONGEST_SHARE), FIRST_SHARE)
+        results = run_quaternions(
+            motion=None,
+            variances=variances,
+            left=False,
+            sensors=sensor_table(self._sensors, limits.tolist()),
+            z=np.array(distribution.z)[None],
+            frames=np.array(distribution.M.T, order="C")[None],
+            controls=from_rotation_vector(gyroscope * steps[:, None])[None],
+            y=y,
+            shares=shares,
+            kept=count,
         )
-        end = Bingham.from_spectrum(out_z[-1].copy(), out_frames[-1].copy())
-        return InertialTrack(
-            time,
-            out_z,
-            out_frames,
-            evidence,
-            nis,
-            decision,
-            threshold=limits[0],
+        decision = results[4]
+        # A zero force or a vertical field says nothing of the orientation.
+        decision[decision < MISSING] = MISSING
+        end = Bingham.from_spectrum(results[0][0, -1].copy(), results[1][0, -1].copy())
+        track = bingham_track(
+            results, time, limits, batched=False, in_list=True, kind=InertialTrack,
             state=InertialState(end, float(time[-1]), average, last_row, pace),
-        )
+        )  # fmt: skip
+        warn_of_rejections(track, ("gravity", "heading"))
+        return track
+
+    @property
+    def _sensors(self) -> tuple[VectorSensor, HeadingSensor]:
+        """Gravity and heading, their concentrations those of a second."""
+        north = (math.sin(self.declination), math.cos(self.declination))
+        gravity = VectorSensor((0.0, 0.0, 1.0), self.gravity_noise_density**-2)
+        return gravity, HeadingSensor(self.heading_noise_density**-2, north)

@@ -16,7 +16,9 @@ from bingham.distributions.checks import check_distribution, check_measurement_n
 from bingham.distributions.mixture import BinghamMixture, log_area
 from bingham.errors import InvalidArgumentError
 from bingham.filters.protocol import MISSING, UpdateInfo
-from bingham.models.motion import MotionModel, RandomWalk
+from bingham.filters.run import RecursiveFilter
+from bingham.filters.track import Track
+from bingham.models.motion import MotionModel, RandomWalk, on_side
 from bingham.models.sensors import OrientationSensor, Sensor, condition
 from bingham.validation import as_array, as_numbers, check_noise_side, integer, is_missing
 
@@ -45,7 +47,7 @@ def ambiguous_noise(noise: Bingham, symmetries: ArrayLike) -> BinghamMixture:
 
 
 @dataclass(frozen=True)
-class MixtureFilter:
+class MixtureFilter(RecursiveFilter[BinghamMixture, Track[BinghamMixture]]):
     """Recursive estimation with several hypotheses; with one component it is the first-order `BinghamFilter`.
 
     Parameters
@@ -56,7 +58,7 @@ class MixtureFilter:
         A mixture v stands for z = x ⊕ v: symmetric objects (`ambiguous_noise`), sensors with several failure modes,
         and by its background for outliers anywhere.
     noise_side : {"right", "left"}
-        Side on which noises given as distributions act.
+        Side of noises and controls, as for `BinghamFilter`.
     max_components : int
         The posterior is merged down to this many (`BinghamMixture.reduce`).
     min_weight : float
@@ -90,9 +92,19 @@ class MixtureFilter:
 
     @property
     def motion(self) -> MotionModel:
-        """The motion model."""
-        w = self.process_noise
-        return RandomWalk(w, self.noise_side == "left") if isinstance(w, Bingham) else w
+        """The motion model, on its side."""
+        w, left = self.process_noise, self.noise_side == "left"
+        return RandomWalk(w, left) if isinstance(w, Bingham) else on_side(w, left)
+
+    @property
+    def needs_times(self) -> bool:
+        """Whether the motion model is one in continuous time."""
+        return getattr(self.motion, "continuous_time", None) is True
+
+    @property
+    def noise_per_step(self) -> bool:
+        """Whether the process noise is that of one step."""
+        return getattr(self.motion, "continuous_time", None) is False
 
     def _sensors(self) -> tuple[list[Sensor], list[float], float]:
         """Return the sensors, their weights and the weight of outliers."""
@@ -100,7 +112,10 @@ class MixtureFilter:
         if isinstance(v, BinghamMixture):
             sensors: list[Sensor] = [OrientationSensor(v.components[k], left) for k in range(v.size)]
             return sensors, [float(w) for w in v.weights], v.background
-        return [OrientationSensor(v, left) if isinstance(v, Bingham) else v], [1.0], 0.0
+        return [OrientationSensor(v, left) if isinstance(v, Bingham) else on_side(v, left)], [1.0], 0.0
+
+    def _check_prior(self, prior: BinghamMixture) -> None:
+        check_mixture(prior, "prior")
 
     def predict(
         self, state: BinghamMixture, control: ArrayLike | Rotation | None = None, dt: float | None = None

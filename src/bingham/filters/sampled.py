@@ -10,18 +10,18 @@ from typing import Any, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.spatial.transform import Rotation
 
 from bingham.distributions.bingham import Bingham
-from bingham.distributions.checks import check_distribution
+from bingham.distributions.checks import check_distribution, check_process_noise
 from bingham.errors import ConvergenceError, InvalidArgumentError
-from bingham.filters.sequence import time_steps
-from bingham.filters.track import Track
+from bingham.filters.run import RecursiveFilter
+from bingham.filters.track import BinghamTrack
 from bingham.filters.user_functions import checked_log_likelihood, checked_motion
+from bingham.models.motion import MotionModel, on_side
 from bingham.rotations import left_matrix, right_matrix
 from bingham.sampling.protocol import Sampler
 from bingham.sampling.riemannian import RiemannianSampling
-from bingham.validation import as_array, check_noise_side, is_missing, missing_rows, unit_rows
+from bingham.validation import as_array, check_noise_side, is_missing, unit_rows
 
 __all__ = ["SampledFilter", "SampledUpdateInfo"]
 
@@ -51,9 +51,14 @@ class SampledUpdateInfo(NamedTuple):
     accepted: bool = True
     reason: str = ""
 
+    @property
+    def nis(self) -> float:
+        """NaN: a likelihood that is only a function has no innovation."""
+        return math.nan
+
 
 @dataclass(frozen=True)
-class SampledFilter:
+class SampledFilter(RecursiveFilter[Bingham, BinghamTrack]):
     """Bingham filter for x' = a(x) ⊕ w and any f(z | x): they are sampled, moved or weighed, and refitted.
 
     With `Unscented` it is the unscented Bingham filter, with `RiemannianSampling` that of Li et al. 2019, with
@@ -64,8 +69,8 @@ class SampledFilter:
     ----------
     motion : callable, optional
         a: (points (m, d), control, dt) → unit vectors (m, d). Without one, x' = x ⊕ control ⊕ w, without sampling.
-    process_noise : Bingham, optional
-        Distribution of w, composed exactly (d = 2, 4).
+    process_noise : Bingham or MotionModel, optional
+        Distribution of w, once per step, composed exactly (d = 2, 4); `Diffusion` for noise that grows with time.
     log_likelihood : callable, optional
         (z, points (m, d)) → log f(z | x) (m,); −∞ where z is impossible. `update` takes another one on request.
     sampler : Sampler
@@ -74,7 +79,7 @@ class SampledFilter:
         Fuse the likelihood by powers f(z|x)^γ, Σγ = 1, each as large as `min_share` allows, with new samples for
         each; at most 500, of which the last takes what remains.
     noise_side : {"right", "left"}
-        "right": a(x) ⊕ w (body frame); "left": w ⊕ a(x).
+        "right": a(x) ⊕ w (body frame); "left": w ⊕ a(x). Controls of a filter without motion act on the same side.
     min_share : float
         Share of effective samples that every fraction keeps, in (0, 1); larger makes more and smaller steps.
     least_moment : float
@@ -93,7 +98,7 @@ class SampledFilter:
     """
 
     motion: Motion | None = None
-    process_noise: Bingham | None = None
+    process_noise: Bingham | MotionModel | None = None
     log_likelihood: LogLikelihood | None = None
     sampler: Sampler = field(default_factory=RiemannianSampling)
     progressive: bool = False
@@ -113,9 +118,19 @@ class SampledFilter:
             )
         noise = self.process_noise
         if noise is not None:
-            check_distribution(noise, "process_noise")
-        if noise is not None and (noise.shape or noise.dim not in (2, 4)):
+            check_process_noise(noise)
+        if isinstance(noise, Bingham) and (noise.shape or noise.dim not in (2, 4)):
             raise InvalidArgumentError("process_noise", "a single distribution of dimension 2 or 4", repr(noise))
+
+    @property
+    def needs_times(self) -> bool:
+        """Whether the process noise is a motion in continuous time."""
+        return getattr(self.process_noise, "continuous_time", None) is True
+
+    @property
+    def noise_per_step(self) -> bool:
+        """Whether the process noise is that of one step, and no function of the user is asked what time does."""
+        return isinstance(self.process_noise, Bingham) and self.motion is None
 
     def predict(self, state: Bingham, control: Any = None, dt: float | None = None) -> Bingham:
         """Return the Bingham distribution with the second moment of a(x) ⊕ w, x ~ `state` sampled.
@@ -126,7 +141,26 @@ class SampledFilter:
             If the motion returns other than finite unit vectors (m, d).
         """
         check_distribution(state, "state")
-        return self._predict(state, control, dt, "predict")
+        left = self.noise_side == "left"
+        moment, frame = state.moment(), state.M
+        w = self.process_noise
+        if self.motion is not None:
+            points, weights = self.sampler.sample(state)
+            moved = checked_motion(self.motion, points, control, dt, "predict")
+            moment, control = (moved.T * weights) @ moved, None
+        elif control is not None and (w is None or isinstance(w, Bingham)):
+            u = unit_rows(control, state.dim, "control")
+            turn = left_matrix(u) if left else right_matrix(u)
+            moment, frame = turn @ moment @ turn.T, turn @ frame
+        if w is not None and not isinstance(w, Bingham):
+            moved_state = state if self.motion is None else self._refit(moment, frame, "predict")[0]
+            return on_side(w, left).propagate(moved_state, None if control is None else as_array(control), dt)
+        if w is not None:
+            if state.z.shape != w.z.shape:
+                raise InvalidArgumentError("state", f"a single distribution of dimension {w.dim}", repr(state))
+            matrices, shares = self._noise
+            moment = np.einsum("n,nij,jk,nlk->il", shares, matrices, moment, matrices, optimize=False)
+        return self._refit(moment, frame, "predict")[0]
 
     def update(
         self, state: Bingham, z: Any, *, log_likelihood: LogLikelihood | None = None
@@ -145,59 +179,8 @@ class SampledFilter:
             return state, SampledUpdateInfo(0.0, math.nan, (), False, False, "missing")
         return self._update(state, z, log_likelihood, "update")
 
-    def run(
-        self,
-        prior: Bingham,
-        measurements: ArrayLike | Rotation,
-        *,
-        controls: ArrayLike | Rotation | None = None,
-        times: ArrayLike | None = None,
-        start_time: float | None = None,
-    ) -> Track:
-        """Filter a recording: predict, then update, for every row of measurements (T, k); NaN rows are missing.
-
-        Parameters are those of `BinghamFilter.run`; the motion gets the row of controls and the seconds of each step.
-        """
+    def _check_prior(self, prior: Bingham) -> None:
         check_distribution(prior, "prior")
-        rows = np.asarray(as_array(measurements), dtype=np.float64)
-        if rows.ndim != 2:
-            raise InvalidArgumentError("measurements", "shape (T, k)", rows.shape)
-        inputs = None if controls is None else np.asarray(as_array(controls), dtype=np.float64)
-        if inputs is not None and len(inputs) != len(rows):
-            raise InvalidArgumentError("controls", f"{len(rows)} rows, one for each measurement", len(inputs))
-        steps = None if times is None else time_steps(times, start_time, len(rows))
-        missing = missing_rows(rows, "measurements")
-        d, count = prior.dim, len(rows)
-        z, frames = np.empty((count, d)), np.empty((count, d, d))
-        evidence, decision = np.zeros(count), np.ones(count, dtype=np.int8)
-        state = prior
-        for t in range(count):
-            control = None if inputs is None else inputs[t]
-            dt = None if steps is None else float(steps[t])
-            state = self._predict(state, control, dt, f"predict, row {t}")
-            if missing[t]:
-                decision[t] = -1
-            else:
-                state, info = self._update(state, rows[t], None, f"update, row {t}")
-                evidence[t] = info.log_evidence
-            z[t], frames[t] = state.z, state.M
-        clock = None if times is None else np.asarray(times, dtype=np.float64)
-        return Track(clock, z, frames, evidence, np.full(count, np.nan), decision)
-
-    def _predict(self, state: Bingham, control: Any, dt: float | None, step: str) -> Bingham:
-        moment, frame = state.moment(), state.M
-        if self.motion is not None:
-            points, weights = self.sampler.sample(state)
-            moved = checked_motion(self.motion, points, control, dt, step)
-            moment = (moved.T * weights) @ moved
-        elif control is not None:
-            turn = right_matrix(unit_rows(control, state.dim, "control"))
-            moment, frame = turn @ moment @ turn.T, turn @ frame
-        if self.process_noise is not None:
-            self._check_dimension(state)
-            matrices, shares = self._noise
-            moment = np.einsum("n,nij,jk,nlk->il", shares, matrices, moment, matrices, optimize=False)
-        return self._refit(moment, frame, step)[0]
 
     def _update(
         self, state: Bingham, z: Any, other: LogLikelihood | None, step: str
@@ -241,13 +224,7 @@ class SampledFilter:
     @cached_property
     def _noise(self) -> tuple[FloatArray, FloatArray]:
         """Multiplication matrices (d, d, d) of the noise's axes and their moments (d,)."""
-        assert self.process_noise is not None
+        assert isinstance(self.process_noise, Bingham)
         axes = np.ascontiguousarray(self.process_noise.M.T)
         matrices = left_matrix(axes) if self.noise_side == "left" else right_matrix(axes)
         return matrices, self.process_noise.axis_moments
-
-    def _check_dimension(self, state: Bingham) -> None:
-        if self.process_noise is not None and state.z.shape != self.process_noise.z.shape:
-            raise InvalidArgumentError(
-                "state", f"a single distribution of dimension {self.process_noise.dim}", repr(state)
-            )

@@ -13,6 +13,8 @@ from bingham.distributions.bingham import Bingham
 from bingham.distributions.checks import check_distribution
 from bingham.errors import InvalidArgumentError
 from bingham.filters.protocol import MISSING, UpdateInfo
+from bingham.filters.run import RecursiveFilter
+from bingham.filters.track import Track
 from bingham.models.motion import RandomWalk
 from bingham.models.sensors import OrientationSensor
 from bingham.validation import as_array, check_kind, check_noise_side, unit_or_missing
@@ -56,7 +58,7 @@ class SpinState:
 
 
 @dataclass(frozen=True)
-class SecondOrderBinghamFilter:
+class SecondOrderBinghamFilter(RecursiveFilter[SpinState, Track[SpinState]]):
     """Tracks x and v with v' = w ⊗ u ⊗ v, x' = v' ⊗ x, and measurements of x only.
 
     The joint distribution is kept as the product of its marginals. Given y, the spin's likelihood is F(C(v)) up to a
@@ -97,6 +99,16 @@ class SecondOrderBinghamFilter:
         object.__setattr__(self, "_motion", RandomWalk(self.process_noise, left=True))
         sensor = OrientationSensor(self.measurement_noise, left=self.noise_side == "left")
         object.__setattr__(self, "_sensor", sensor)
+
+    @property
+    def several(self) -> bool:
+        """Whether a measurement may have several interpretations: it may."""
+        return True
+
+    @property
+    def noise_per_step(self) -> bool:
+        """Whether spin and noise are those of one step: they are."""
+        return True
 
     def predict(
         self, state: SpinState, control: ArrayLike | Rotation | None = None, dt: float | None = None

@@ -1,87 +1,47 @@
-"""Whole sequences through the compiled loops of `kernels.step`: checks, time steps, batches."""
+"""The compiled loops behind `BinghamFilter.run`: models as the kernels take them, batches, tracks."""
 
 from __future__ import annotations
 
-from typing import Literal, cast
+from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
-from scipy.spatial.transform import Rotation
+from numpy.typing import NDArray
 
 from bingham.distributions.bingham import Bingham
 from bingham.errors import InvalidArgumentError
 from bingham.filters.gate import Gate
-from bingham.filters.track import Track
-from bingham.kernels import step
-from bingham.kernels.threads import by_rows
-from bingham.models.motion import ControlledRotation, Diffusion, Gyroscope, MotionModel, RandomWalk, diffusion_weight
-from bingham.models.sensors import OrientationSensor
-from bingham.recording import as_seconds
+from bingham.filters.run import Rows
+from bingham.filters.sensor_list import columns
+from bingham.filters.track import BinghamTrack
+from bingham.models.diffusion import Diffusion, Gyroscope, brownian_moments, diffusion_weight
+from bingham.models.motion import ControlledRotation, MotionModel, RandomWalk
+from bingham.models.sensors import HeadingSensor, OrientationSensor, Sensor, VectorSensor
 from bingham.rotations import from_rotation_vector
-from bingham.validation import as_numbers, unit_or_missing
+from bingham.validation import unit_or_missing
 
-__all__ = ["run_conjugate", "sequence_steps", "time_steps"]
+__all__ = ["bingham_track", "has_loop", "run_compiled", "run_quaternions", "sensor_table"]
 
 FloatArray = NDArray[np.float64]
 
-
-def time_steps(times: ArrayLike, start_time: float | None, count: int) -> FloatArray:
-    """Return the seconds (T,) before each of ``count`` times, the first counted from start_time."""
-    t = as_seconds(times, "times")
-    if t.shape != (count,):
-        raise InvalidArgumentError("times", f"shape ({count},), one for each measurement", t.shape)
-    steps = np.diff(t, prepend=t[:1] if start_time is None else start_time)
-    wrong = np.flatnonzero(~np.isfinite(t) | ~(steps > 0.0))
-    wrong = wrong[(wrong > 0) | ~(steps[wrong] == 0.0)]
-    if wrong.size:
-        i = int(wrong[0])
-        raise InvalidArgumentError(
-            "times",
-            "strictly increasing seconds, from start_time on",
-            f"{float(t[i])!r} at row {i}",
-            "sort the rows and drop repeated ones",
-        )
-    return steps
+MOTIONS = (RandomWalk, ControlledRotation, Diffusion, Gyroscope)
+SENSORS = (OrientationSensor, VectorSensor, HeadingSensor)
 
 
-def sequence_steps(motion: MotionModel, times: ArrayLike | None, start_time: float | None, length: int) -> FloatArray:
-    """Return the seconds (T,) before each measurement, ones without times; reject times that the motion cannot use."""
-    if times is None:
-        if isinstance(motion, (Diffusion, Gyroscope)):
-            raise InvalidArgumentError("times", "seconds of each measurement, for motion in continuous time", None)
-        return np.ones(length)
-    steps = time_steps(times, start_time, length)
-    if isinstance(motion, RandomWalk) and length > 2 and np.ptp(steps[1:]) > 1e-3 * steps[-1]:
-        raise InvalidArgumentError(
-            "times",
-            "regular times for a noise given once per step",
-            "irregular ones",
-            "use models.motion.Diffusion or Gyroscope, which scale with time",
-        )
-    return steps
+def has_loop(motion: MotionModel, sensors: Sequence[Sensor]) -> bool:
+    """Whether a compiled loop knows these models; subclasses of users may differ from what it does."""
+    kinds = {type(sensor) for sensor in sensors}
+    if type(motion) not in MOTIONS or not kinds <= set(SENSORS):
+        return False
+    return motion.dim == 4 or (len(sensors) == 1 and kinds == {OrientationSensor})
 
 
-def _unit_or_missing(x: ArrayLike | Rotation, d: int, name: str) -> FloatArray:
-    a = as_numbers(x, name)
-    if a.ndim not in (2, 3) or a.shape[-1] != d:
-        raise InvalidArgumentError(name, f"shape (T, {d}) or (B, T, {d})", a.shape)
-    return unit_or_missing(a, d, name)
-
-
-def run_conjugate(
-    motion: RandomWalk | Diffusion | Gyroscope,
-    sensor: OrientationSensor,
-    gate: Gate | None,
-    prior: Bingham,
-    measurements: ArrayLike | Rotation,
-    controls: ArrayLike | Rotation | None,
-    times: ArrayLike | None,
-    start_time: float | None,
-    keep: Literal["all", "last"],
-) -> Track:
-    """Body of `BinghamFilter.run`."""
+def run_compiled(
+    motion: Any, sensors: Sequence[Any], gate: Gate | None, prior: Bingham, rows: Rows, *, in_list: bool
+) -> BinghamTrack:
+    """Body of `BinghamFilter.run` for models of this package."""
     d = motion.dim
-    y = _unit_or_missing(measurements, d, "measurements")
+    y = _checked(sensors, rows.measurements, in_list)
     batched = y.ndim == 3
     if prior.dim != d or len(prior.shape) > 1 or (prior.shape and not batched):
         raise InvalidArgumentError(
@@ -89,92 +49,200 @@ def run_conjugate(
             f"a distribution of dimension {d}" + (", single or one for each recording" if batched else ""),
             f"dimension {prior.dim}, batch {prior.shape}",
         )
-    if not batched:
-        y = y[None]
+    y = y if batched else y[None]
     count, length = y.shape[:2]
     if prior.shape and prior.shape != (count,):
         raise InvalidArgumentError("prior", f"a batch of {count}, one for each recording", prior.shape)
-
-    steps = sequence_steps(motion, times, start_time, length)
-    turns = _controls(motion, controls, steps, count, length, d)
-    uniform_weights = np.empty(0)
-    if isinstance(motion, (Diffusion, Gyroscope)):
-        uniform_weights = diffusion_weight(motion.random_walk**2 * steps, d)
-
+    controls = _controls(motion, rows, count, length)
+    steps = np.ones(length) if rows.steps is None else rows.steps
+    variances = None if isinstance(motion, RandomWalk) else motion.variances(steps)
+    thresholds = [np.inf if gate is None else gate.threshold(_rank(sensor, d)) for sensor in sensors]
     z = np.array(np.broadcast_to(prior.z, (count, d)))
     frames = np.array(np.broadcast_to(np.swapaxes(prior.M, -1, -2), (count, d, d)))
-    kept = length if keep == "all" else min(length, 1)
-    out_z, out_frames = np.empty((count, kept, d)), np.empty((count, kept, d, d))
-    evidence, nis = np.empty((count, kept)), np.empty((count, kept))
-    decision = np.empty((count, kept), dtype=np.int8)
-    threshold = np.inf if gate is None else gate.threshold(d - 1)
-    noise = sensor.noise
-    log_f = float(noise.log_normalizer)
-    parts = motion.parts if isinstance(motion, RandomWalk) else None
-    mode = np.eye(d)[0] if parts is None else parts.mode
-    tangent = np.zeros((d - 1, d - 1)) if parts is None else parts.tangent
-    results = (out_z, out_frames, evidence, nis, decision)
-    if d == 4:
-        left = isinstance(motion, RandomWalk) and motion.left
-        if left != sensor.left and not (np.ptp(noise.z[:3]) == 0.0 and abs(noise.mode[0]) == 1.0):
-            raise InvalidArgumentError(
-                "noise_side",
-                "process and measurement noise on the same side for run",
-                "different sides",
-                "call predict and update row by row",
-            )
-        weight = 1.0 if parts is None else parts.weight
-        sensed = (np.array(noise.z), sensor.frame, log_f, threshold)
-
-        def run(z: FloatArray, frames: FloatArray, turns: FloatArray, y: FloatArray, *out: FloatArray) -> None:
-            step.run_many_4(z, frames, turns, uniform_weights, mode, tangent, weight, left, y, *sensed, *out)
-
+    kept = 1 if rows.keep == "last" else length
+    if d == 2:
+        results = _run_2(motion, sensors[0], thresholds[0], variances, z, frames, controls, y, kept)
     else:
-        variance = float(tangent[0, 0])
-        sensed_2 = (float(noise.z[0]), np.array(noise.mode), log_f, threshold)
+        table = sensor_table(sensors, thresholds)
+        shares = np.ones(1)
+        left = bool(getattr(motion, "left", False))
+        results = run_quaternions(
+            motion, variances, left, table, z, frames, controls, np.ascontiguousarray(y), shares, kept
+        )
+    unusable = np.argwhere(results[4] < -1)
+    if len(unusable):
+        b, t, s = (int(i) for i in unusable[0])
+        kind = type(sensors[s])
+        expected = "a vector with a horizontal part" if kind is HeadingSensor else "a non-zero vector"
+        hint = "a vertical field has no heading: blank the row (NaN)" if kind is HeadingSensor else ""
+        part = columns(sensors)[s]
+        raise InvalidArgumentError("measurements", expected, f"{y[b, t, part]} at row {t}", hint)
+    limits = np.array(thresholds) if in_list else thresholds[0]
+    time = None if rows.time is None else rows.time[rows.kept]
+    return bingham_track(results, time, limits, batched=batched, in_list=in_list, states=rows.keep != "modes")
 
-        def run(z: FloatArray, frames: FloatArray, turns: FloatArray, y: FloatArray, *out: FloatArray) -> None:
-            step.run_many_2(z, frames, turns, uniform_weights, mode, variance, y, *sensed_2, *out)
 
-    by_rows(run, z, frames, turns, y, *results, row_us=(1.2 if d == 4 else 0.4) * length)
-    time = None if times is None else np.array(times, dtype=np.float64)
-    columns = np.ascontiguousarray(np.swapaxes(out_frames, -1, -2))
-    first = slice(None) if batched else 0
-    return Track(
-        time if keep == "all" or time is None else time[-1:],
-        out_z[first],
-        columns[first],
-        evidence[first],
-        nis[first],
-        decision[first],
+def bingham_track(
+    results: Sequence[Any],
+    time: FloatArray | None,
+    threshold: Any,
+    *,
+    batched: bool,
+    in_list: bool,
+    states: bool = True,
+    kind: type[BinghamTrack] = BinghamTrack,
+    **more: Any,
+) -> Any:
+    """Return the track of what a loop kept: z, frames by columns, log-evidence, nis, decision, each (B, T, …)."""
+    z, frames, evidence, nis, decision = (a if batched else a[0] for a in results)
+    return kind(
+        time=time,
+        modes=np.ascontiguousarray(frames[..., -1]),
+        log_evidence=evidence,
+        nis=nis if in_list else nis[..., 0],
+        decision=decision if in_list else decision[..., 0],
+        final=Bingham.from_spectrum(z[..., -1, :].copy(), frames[..., -1, :, :].copy()),
+        states=Bingham.from_spectrum(z, frames) if states else None,
         threshold=threshold,
+        **more,
     )
 
 
-def _controls(
-    motion: object, controls: ArrayLike | Rotation | None, steps: FloatArray, count: int, length: int, d: int
-) -> FloatArray:
+def _checked(sensors: Sequence[Any], y: FloatArray, in_list: bool) -> FloatArray:
+    """Return the rows with unit vectors where orientations are measured."""
+    if not in_list and y.shape[-1] != sensors[0].size:
+        n = sensors[0].size
+        raise InvalidArgumentError("measurements", f"shape (T, {n}) or (B, T, {n})", y.shape)
+    if y.ndim > 3:
+        raise InvalidArgumentError("measurements", "shape (T, n) or (B, T, n)", y.shape)
+    for sensor, part in zip(sensors, columns(sensors), strict=True):
+        if isinstance(sensor, OrientationSensor):
+            y[..., part] = unit_or_missing(y[..., part], sensor.size, "measurements")
+        elif np.isinf(y[..., part]).any():
+            row = int(np.argwhere(np.isinf(y[..., part]).any(axis=-1))[0][-1])
+            raise InvalidArgumentError("measurements", "finite vectors, or NaN where missing", f"infinity at row {row}")
+    return y
+
+
+def _rank(sensor: Any, d: int) -> int:
+    """Degrees of freedom of a measurement."""
+    return d - 1 if isinstance(sensor, OrientationSensor) else 2 if isinstance(sensor, VectorSensor) else 1
+
+
+def sensor_table(sensors: Sequence[Any], thresholds: Sequence[float]) -> Any:
+    """Return the sensors of a quaternion filter as `kernels.sequence` takes them."""
+    from bingham.kernels import sequence as kernel
+
+    count = len(sensors)
+    table = kernel.Sensors(
+        kind=np.array([SENSORS.index(type(sensor)) for sensor in sensors]),
+        column=np.array([part.start for part in columns(sensors)]),
+        threshold=np.array(thresholds),
+        concentration=np.zeros(count),
+        reference=np.zeros((count, 3)),
+        noise_z=np.zeros((count, 4)),
+        noise_frame=np.zeros((count, 4, 4)),
+        log_normalizer=np.zeros(count),
+        left=np.array([bool(getattr(sensor, "left", False)) for sensor in sensors]),
+    )
+    for s, sensor in enumerate(sensors):
+        if isinstance(sensor, OrientationSensor):
+            table.noise_z[s], table.noise_frame[s] = sensor.noise.z, sensor.frame
+            table.log_normalizer[s] = sensor.noise.log_normalizer
+        else:
+            r = np.asarray(sensor.reference)
+            table.concentration[s] = sensor.concentration
+            table.reference[s, : len(r)] = r / np.linalg.norm(r)
+    return table
+
+
+def run_quaternions(
+    motion: Any,
+    variances: FloatArray | None,
+    left: bool,
+    sensors: Any,
+    z: FloatArray,
+    frames: FloatArray,
+    controls: FloatArray,
+    y: FloatArray,
+    shares: FloatArray,
+    kept: int,
+) -> tuple[Any, ...]:
+    """Return z, frames by columns, log-evidence, nis and decision of B sequences; z and frames hold the end states."""
+    from bingham.kernels import sequence as kernel
+    from bingham.kernels.threads import by_rows
+
+    weights = np.empty(0)
+    mode, tangents, rest = np.eye(4)[0], np.zeros((1, 3, 3)), np.ones(1)
+    if variances is None:
+        parts = motion.parts
+        mode, tangents, rest = np.array(parts.mode), np.array(parts.tangent)[None], np.array([parts.weight])
+    elif variances.ndim == 1:
+        weights = diffusion_weight(variances, 4)
+    else:
+        moments = brownian_moments(variances)
+        tangents, rest = moments[..., None] * np.eye(3), 1.0 - moments.sum(axis=-1)
+    count, sensor_count = len(z), len(sensors.kind)
+    results = kernel.Kept(
+        np.empty((count, kept, 4)),
+        np.empty((count, kept, 4, 4)),
+        np.empty((count, kept)),
+        np.empty((count, kept, sensor_count)),
+        np.empty((count, kept, sensor_count), dtype=np.int8),
+    )
+
+    def run(z: FloatArray, frames: FloatArray, turns: FloatArray, y: FloatArray, *out: Any) -> None:
+        moved = kernel.Motion(turns, left, weights, mode, tangents, rest, left)
+        kernel.run_sequences(z, frames, moved, y, sensors, shares, kernel.Kept(*out))
+
+    by_rows(run, z, frames, controls, y, *results, row_us=(0.7 + 0.5 * sensor_count) * y.shape[1])
+    return results
+
+
+def _run_2(
+    motion: Any, sensor: Any, threshold: float, variances: FloatArray | None, z: FloatArray, frames: FloatArray,
+    controls: FloatArray, y: FloatArray, kept: int,
+) -> tuple[Any, ...]:  # fmt: skip
+    from bingham.kernels import step
+    from bingham.kernels.threads import by_rows
+
+    count = len(z)
+    weights = np.empty(0) if variances is None else diffusion_weight(variances, 2)
+    mode = np.eye(2)[0] if variances is not None else np.array(motion.parts.mode)
+    variance = 0.0 if variances is not None else float(motion.parts.tangent[0, 0])
+    sensed = (float(sensor.noise.z[0]), np.array(sensor.mode), float(sensor.noise.log_normalizer), threshold)
+    out_z, out_frames = np.empty((count, kept, 2)), np.empty((count, kept, 2, 2))
+    evidence, nis, decision = np.empty((count, kept)), np.empty((count, kept)), np.empty((count, kept), dtype=np.int8)
+
+    def run(z: FloatArray, frames: FloatArray, turns: FloatArray, y: FloatArray, *out: FloatArray) -> None:
+        step.run_many_2(z, frames, turns, weights, mode, variance, y, *sensed, *out)
+
+    by_rows(run, z, frames, controls, y, out_z, out_frames, evidence, nis, decision, row_us=0.4 * y.shape[1])
+    columns = np.ascontiguousarray(np.swapaxes(out_frames, -1, -2))
+    return out_z, columns, evidence, nis[..., None], decision[..., None]
+
+
+def _controls(motion: Any, rows: Rows, count: int, length: int) -> FloatArray:
     """Known rotations (B, T, d), or (B, 0, d) without any."""
+    controls, d = rows.controls, motion.dim
     if controls is None:
         if isinstance(motion, (ControlledRotation, Gyroscope)):
             raise InvalidArgumentError("controls", f"one row for each measurement, for {type(motion).__name__}", None)
         return np.empty((count, 0, d))
     if isinstance(motion, Gyroscope):
-        rate = np.asarray(cast(ArrayLike, controls), dtype=np.float64)
-        if rate.shape not in ((length, 3), (count, length, 3)):
-            raise InvalidArgumentError("controls", f"angular rates ({length}, 3), rad/s", f"shape {rate.shape}")
-        wrong = np.flatnonzero(~np.isfinite(rate).all(axis=-1).ravel())
+        if controls.shape not in ((length, 3), (count, length, 3)):
+            raise InvalidArgumentError("controls", f"angular rates ({length}, 3), rad/s", f"shape {controls.shape}")
+        wrong = np.flatnonzero(~np.isfinite(controls).all(axis=-1).ravel())
         if wrong.size:
             i = int(wrong[0])
-            raise InvalidArgumentError(
-                "controls",
-                "finite angular rates, rad/s",
-                f"{rate.reshape(-1, 3)[i]} at row {i}",
-                "drop rows without one",
-            )
-        turns = from_rotation_vector(rate * steps[:, None])
+            got = f"{controls.reshape(-1, 3)[i]} at row {i % length}"
+            raise InvalidArgumentError("controls", "finite angular rates, rad/s", got, "drop rows without one")
+        assert rows.steps is not None
+        rotations = from_rotation_vector(controls * rows.steps[:, None])
     else:
-        turns = _unit_or_missing(controls, d, "controls")
-        if turns.shape[-2] != length or np.isnan(turns).any():
-            raise InvalidArgumentError("controls", f"{length} known rotations without gaps", turns.shape)
-    return np.ascontiguousarray(np.broadcast_to(turns, (count, length, d)))
+        if controls.ndim not in (2, 3) or controls.shape[-1] != d:
+            raise InvalidArgumentError("controls", f"shape (T, {d}) or (B, T, {d})", controls.shape)
+        rotations = unit_or_missing(controls, d, "controls")
+        if np.isnan(rotations).any():
+            raise InvalidArgumentError("controls", f"{length} known rotations without gaps", rotations.shape)
+    return np.ascontiguousarray(np.broadcast_to(rotations, (count, length, d)))

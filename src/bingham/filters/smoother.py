@@ -17,11 +17,13 @@ from numpy.typing import ArrayLike, NDArray
 from bingham.distributions.bingham import Bingham
 from bingham.errors import InvalidArgumentError
 from bingham.filters.first_order import BinghamFilter
-from bingham.filters.track import Track
-from bingham.models.motion import Gyroscope, RandomWalk
-from bingham.models.sensors import OrientationSensor, VectorSensor
+from bingham.filters.sensor_list import columns
+from bingham.filters.track import ACCEPTED, BinghamTrack
+from bingham.models.diffusion import Diffusion, Gyroscope
+from bingham.models.motion import MotionModel, RandomWalk
+from bingham.models.sensors import OrientationSensor, VectorSensor, davenport_matrix
 from bingham.rotations import compose, conjugate
-from bingham.validation import check_kind, integer
+from bingham.validation import as_numbers, check_kind, integer
 
 __all__ = ["smooth_fixed_interval", "smooth_fixed_lag"]
 
@@ -37,7 +39,7 @@ def smooth_fixed_interval(
     *,
     controls: ArrayLike | None = None,
     times: ArrayLike | None = None,
-) -> Track:
+) -> BinghamTrack:
     """Return the distributions of every x_t given all measurements.
 
     Parameters
@@ -97,7 +99,7 @@ def smooth_fixed_lag(
     *,
     controls: ArrayLike | None = None,
     times: ArrayLike | None = None,
-) -> Track:
+) -> BinghamTrack:
     """Return the distributions of every x_t given the measurements up to t + lag; see `smooth_fixed_interval`.
 
     Parameters
@@ -128,33 +130,45 @@ def smooth_fixed_lag(
 
 
 def _used(
-    bingham_filter: BinghamFilter, forward: Track, measurements: ArrayLike, controls: Any, times: Any
+    bingham_filter: BinghamFilter, forward: BinghamTrack, measurements: Any, controls: Any, times: Any
 ) -> tuple[FloatArray, FloatArray | None, FloatArray | None]:
     """Return what the filter used: measurements (NaN where it rejected), controls, times."""
     motion = bingham_filter.motion
-    used = np.array(measurements, dtype=np.float64)
+    used, _ = bingham_filter._measurements(measurements)
     if used.ndim != 2:
         raise InvalidArgumentError("measurements", "one sequence, shape (T, d)", used.shape, "smooth one by one")
-    used[forward.decision != 1] = np.nan
-    turns = None if controls is None else np.asarray(controls, dtype=np.float64)
-    if turns is not None and isinstance(motion, RandomWalk):
-        z = motion.noise.z
-        if np.ptp(z[:-1]) > 0.0 or abs(motion.noise.mode[0]) < 1.0 - 1e-12:
-            raise InvalidArgumentError(
-                "bingham_filter",
-                "isotropic process noise about the identity where there are controls",
-                repr(motion.noise),
-                "use models.motion.Diffusion or Gyroscope",
-            )
+    decision = forward.decision.reshape(len(used), -1)
+    for s, part in enumerate(_columns(bingham_filter, used)):
+        used[decision[:, s] != ACCEPTED, part] = np.nan
+    turns = None if controls is None else as_numbers(controls, "controls")
+    if turns is not None and not _isotropic(motion):
+        raise InvalidArgumentError(
+            "bingham_filter",
+            "isotropic process noise about the identity where there are controls",
+            repr(motion),
+            "use Diffusion or Gyroscope with one number for all axes",
+        )
     return used, turns, None if times is None else np.asarray(times, dtype=np.float64)
+
+
+def _isotropic(motion: MotionModel) -> bool:
+    """Whether control and noise of a step may change places."""
+    if isinstance(motion, RandomWalk):
+        z = motion.noise.z
+        return bool(np.ptp(z[:-1]) == 0.0 and abs(motion.noise.mode[0]) >= 1.0 - 1e-12)
+    return not isinstance(motion, (Diffusion, Gyroscope)) or isinstance(motion.random_walk, float)
+
+
+def _columns(bingham_filter: BinghamFilter, used: FloatArray) -> list[slice]:
+    return columns(bingham_filter.sensors) if bingham_filter.in_list else [slice(0, used.shape[1])]
 
 
 def _reversed(bingham_filter: BinghamFilter) -> BinghamFilter:
     """Return the filter for the reversed sequence: x = x' ⊕ w*, and nothing is rejected twice."""
-    motion = bingham_filter.motion
+    motion, sensors = bingham_filter.motion, bingham_filter.sensors
     if isinstance(motion, RandomWalk):
         motion = replace(motion, noise=motion.noise.inverse())
-    return BinghamFilter(motion, bingham_filter.sensor)
+    return BinghamFilter(motion, sensors if bingham_filter.in_list else sensors[0])
 
 
 def _reversed_controls(back: BinghamFilter, turns: FloatArray) -> FloatArray:
@@ -170,28 +184,31 @@ def _reversed_controls(back: BinghamFilter, turns: FloatArray) -> FloatArray:
 
 def _likelihoods(back: BinghamFilter, used: FloatArray) -> FloatArray:
     """Return the likelihood matrices L_t (T, d, d), 0 where nothing was used."""
-    sensor, d = back.sensor, back.motion.dim
-    there = np.isfinite(used[:, 0])
+    d = back.motion.dim
     out = np.zeros((len(used), d, d))
-    if isinstance(sensor, OrientationSensor):
-        axes = sensor.frame
-        seen = used[there][:, None, :]
-        seen = seen / np.linalg.norm(seen, axis=-1, keepdims=True)
-        n = compose(axes, seen) if sensor.left else compose(seen, axes)
-        out[there] = np.einsum("tki,k,tkj->tij", n, sensor.noise.z, n)
-    elif isinstance(sensor, VectorSensor):
-        for t in np.flatnonzero(there):
-            out[t] = sensor.likelihood(used[t]).matrix
-    else:
-        raise InvalidArgumentError(
-            "bingham_filter",
-            "a sensor whose likelihood does not depend on the prediction (orientation or vector)",
-            type(sensor).__name__,
-            "the smoother weighs every measurement once, forwards and backwards alike",
-        )
+    for sensor, part in zip(back.sensors, _columns(back, used), strict=True):
+        there = np.isfinite(used[:, part.start])
+        z = used[there, part]
+        if isinstance(sensor, OrientationSensor):
+            axes = sensor.frame
+            seen = (z / np.linalg.norm(z, axis=-1, keepdims=True))[:, None, :]
+            n = compose(axes, seen) if sensor.left else compose(seen, axes)
+            out[there] += np.einsum("tki,k,tkj->tij", n, sensor.noise.z, n)
+        elif isinstance(sensor, VectorSensor):
+            out[there] += sensor.concentration * davenport_matrix(
+                sensor.reference, z / np.linalg.norm(z, axis=-1, keepdims=True)
+            )
+        else:
+            raise InvalidArgumentError(
+                "bingham_filter",
+                "sensors whose likelihood does not depend on the prediction (orientations or vectors)",
+                type(sensor).__name__,
+                "the smoother weighs every measurement once, forwards and backwards alike",
+            )
     return out
 
 
-def _track(forward: Track, matrices: FloatArray) -> Track:
-    distribution = Bingham.from_matrix(0.5 * (matrices + np.swapaxes(matrices, -1, -2)))
-    return replace(forward, concentrations=np.array(distribution.z), frames=np.array(distribution.M))
+def _track(forward: BinghamTrack, matrices: FloatArray) -> BinghamTrack:
+    distributions = Bingham.from_matrix(0.5 * (matrices + np.swapaxes(matrices, -1, -2)))
+    modes = np.ascontiguousarray(distributions.M[..., -1])
+    return replace(forward, modes=modes, states=distributions, final=distributions[-1])

@@ -18,7 +18,7 @@ from bingham.recording import OrientationRecording
 
 if TYPE_CHECKING:
     from bingham.filters.imu_track import ImuTrack
-    from bingham.filters.track import Track
+    from bingham.filters.track import BinghamTrack
 
 __all__ = ["read_track", "write_track_csv", "write_track_npz"]
 
@@ -117,7 +117,7 @@ def write_track_csv(
 
 def write_track_npz(
     path: str | Path,
-    track: Track | ImuTrack | None = None,
+    track: BinghamTrack | ImuTrack | None = None,
     *,
     time: ArrayLike | None = None,
     modes: ArrayLike | None = None,
@@ -198,16 +198,16 @@ def read_track(path: str | Path) -> dict[str, Any]:
     return {k: str(v) if v.dtype.kind == "U" and not v.ndim else v for k, v in content.items()}
 
 
-def _content(track: Track | ImuTrack) -> dict[str, Any]:
+def _content(track: BinghamTrack | ImuTrack) -> dict[str, Any]:
     from bingham.filters.imu_track import ImuTrack
-    from bingham.filters.track import Track
+    from bingham.filters.track import BinghamTrack
 
     names = ["time", "modes", "log_evidence"]
     if isinstance(track, ImuTrack):
         names += ["bias", "bias_std"]
         more = {"covariance": track.covariance(frame="world"), "covariance_frame": "world"}
         more["state"] = track.final.to_json()
-    elif isinstance(track, Track):  # pyright: ignore[reportUnnecessaryIsInstance]
+    elif isinstance(track, BinghamTrack):  # pyright: ignore[reportUnnecessaryIsInstance]
         names += ["concentrations", "frames", "nis", "decision"]
         more = {}
     else:

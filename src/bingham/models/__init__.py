@@ -1,1 +1,7 @@
-"""models layer."""
+"""Motion and sensor models, with units."""
+
+from __future__ import annotations
+
+from bingham._lazy import attach
+
+__getattr__, __dir__, __all__ = attach(__name__, __file__)

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple, Protocol
+from typing import ClassVar, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -52,7 +52,7 @@ class Conditioned(NamedTuple):
 
 
 class Sensor(Protocol):
-    """What a filter asks of a conjugate sensor."""
+    """What a filter asks of a conjugate sensor; in a list of sensors also ``size``, the numbers in a measurement."""
 
     def likelihood(self, z: ArrayLike, predicted: Bingham) -> Likelihood:
         """Return the likelihood of the measurement z; some sensors linearise about the predicted mode."""
@@ -86,8 +86,9 @@ class OrientationSensor:
     ----------
     noise : Bingham
         d = 2 or 4; its mode may be a constant offset (bias).
-    left : bool
-        True when the noise acts in the world frame.
+    left : bool, optional
+        True when the noise acts in the world frame. Unless given, as ``noise_side`` of the filter says; False without
+        one.
 
     Notes
     -----
@@ -95,12 +96,17 @@ class OrientationSensor:
     """
 
     noise: Bingham
-    left: bool = False
+    left: bool | None = None
 
     def __post_init__(self) -> None:
         check_distribution(self.noise, "noise")
         if self.noise.dim not in (2, 4) or self.noise.shape:
             raise InvalidArgumentError("noise", "a single distribution of dimension 2 or 4", repr(self.noise))
+
+    @property
+    def size(self) -> int:
+        """Numbers in a measurement: d."""
+        return self.noise.dim
 
     @cached_property
     def frame(self) -> FloatArray:
@@ -126,7 +132,7 @@ class OrientationSensor:
             raise InvalidArgumentError("state", f"a single distribution of dimension {d}", repr(state))
         y = unit_row(z, d, "z")
         if d == 4:
-            posterior = updated_4(state.z, state.M, y, noise.z, self.frame, self.left)
+            posterior = updated_4(state.z, state.M, y, noise.z, self.frame, bool(self.left))
         else:
             posterior = updated_2(state.z, state.M, y, noise.z, self.mode)
         return Conditioned(Bingham.from_spectrum(*posterior[:3]), posterior[3], noise.log_normalizer, d - 1)
@@ -158,6 +164,8 @@ class VectorSensor:
     concentration : float
         κ > 0; at high values the direction's variance is 1/κ rad² per axis.
     """
+
+    size: ClassVar[int] = 3
 
     reference: ArrayLike
     concentration: float
@@ -196,6 +204,8 @@ class HeadingSensor:
     reference : (2,) array_like
         Where the vector points in the horizontal plane (east, north); the default is (magnetic) north.
     """
+
+    size: ClassVar[int] = 3
 
     concentration: float
     reference: ArrayLike = (0.0, 1.0)

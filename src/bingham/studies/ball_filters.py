@@ -9,14 +9,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from bingham.baselines.gaussian import GaussianState
+from bingham.baselines.quaternion_ekf import QuaternionEkf
+from bingham.baselines.second_order_ekf import SecondOrderQuaternionEkf, SpinningGaussian
 from bingham.distributions.bingham import Bingham
 from bingham.distributions.relations import to_gaussian
 from bingham.filters.bank import BankState, FilterBank
 from bingham.filters.first_order import BinghamFilter
-from bingham.filters.gaussian import GaussianState
-from bingham.filters.quaternion_ekf import QuaternionEkf
 from bingham.filters.second_order import SecondOrderBinghamFilter, SpinState, classify_spin
-from bingham.filters.second_order_ekf import SecondOrderQuaternionEkf, SpinningGaussian
 from bingham.rotations import compose, conjugate
 from bingham.studies.ball_scores import Found, score
 from bingham.studies.study import Arrays

@@ -8,8 +8,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from bingham.baselines.gaussian import GaussianState
 from bingham.distributions.bingham import Bingham
-from bingham.filters.gaussian import GaussianState
 from bingham.metrics import angle_probability, chi_square_probability, coverage, geodesic_error, nees
 from bingham.rotations import compose
 from bingham.studies.study import Arrays

@@ -8,11 +8,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from bingham.baselines.gaussian import GaussianState
+from bingham.baselines.quaternion_ekf import QuaternionEkf
 from bingham.distributions.bingham import Bingham
 from bingham.errors import InvalidArgumentError
 from bingham.filters.first_order import BinghamFilter
-from bingham.filters.gaussian import GaussianState
-from bingham.filters.quaternion_ekf import QuaternionEkf
 from bingham.metrics import angle_probability, chi_square_probability, geodesic_error, nees
 from bingham.studies.calibration import calibration_arrays, calibration_rows, moment_error
 from bingham.studies.glover2013_composition import COMPOSED, run_composition
@@ -92,7 +92,7 @@ def run_cell(process: float, observation: tuple[float, ...], seed: int, cell: in
         "ekf_padded": QuaternionEkf(padded_w, padded_v),
         "ekf_fair": QuaternionEkf(w, v, rotate_noise=True),
     }
-    tracks = {name: f.run(start, measured, controls) for name, f in kalman.items()}
+    tracks = {name: f.run(start, measured, controls=controls) for name, f in kalman.items()}
     kept = truth[:, ::THIN]
     distributions = Bingham.from_spectrum(track.concentrations[:, ::THIN].copy(), track.frames[:, ::THIN].copy())
     out: Arrays = {"error/bingham": 2.0 * geodesic_error(track.modes, truth).mean(axis=1)}

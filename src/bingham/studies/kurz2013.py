@@ -9,11 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import norm
 
+from bingham.baselines.scalar_kalman import AngleState, ScalarKalmanFilter
+from bingham.baselines.wrapped_normal import DoubledAngleState, WrappedNormalFilter
 from bingham.distributions.bingham import Bingham
 from bingham.distributions.relations import angular_variance
 from bingham.filters.first_order import BinghamFilter
-from bingham.filters.scalar_kalman import AngleState, ScalarKalmanFilter
-from bingham.filters.wrapped_normal import DoubledAngleState, WrappedNormalFilter
 from bingham.metrics import angle_probability, geodesic_error, normal_probability, root_mean_square
 from bingham.studies.calibration import calibration_arrays, calibration_rows, moment_error
 from bingham.studies.study import (
@@ -82,7 +82,7 @@ def run_chunk(seed: int, first: int, last: int) -> Arrays:
         probability[name] = normal_probability(angle, kalman.states.variance)
         error[name] = angle**2 / kalman.states.variance
     start = DoubledAngleState(np.full(last - first, np.pi), np.full(last - first, -0.5 * PRIOR.z[0]))
-    wrapped = WrappedNormalFilter(*variances[1:]).run(start, measured)
+    wrapped = WrappedNormalFilter(variances[1], variances[2]).run(start, measured)
     modes["wrapped_normal"] = wrapped.modes
     equivalent = np.stack([-2.0 * wrapped.states.kappa, np.zeros_like(wrapped.states.kappa)], axis=-1)
     frames = np.stack([np.stack([-wrapped.modes[..., 1], wrapped.modes[..., 0]], axis=-1), wrapped.modes], axis=-1)

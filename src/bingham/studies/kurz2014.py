@@ -10,11 +10,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from bingham.baselines.axial_kalman import AxialKalmanFilter
+from bingham.baselines.gaussian import GaussianState
 from bingham.distributions.bingham import Bingham
 from bingham.distributions.relations import from_gaussian, to_gaussian
-from bingham.filters.axial_kalman import AxialKalmanFilter
 from bingham.filters.first_order import BinghamFilter
-from bingham.filters.gaussian import GaussianState
 from bingham.metrics import (
     angle_probability,
     chi_square_probability,

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from bingham.distributions.relations import to_gaussian
 from bingham.errors import InvalidArgumentError
 from bingham.filters.first_order import BinghamFilter
-from bingham.models.motion import Diffusion
+from bingham.models.diffusion import Diffusion
 from bingham.rotations import compose
 from bingham.studies.madaan2017_bodies import (
     NOISE,

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from bingham.baselines.axial_kalman import AxialKalmanFilter
+from bingham.baselines.gaussian import GaussianState
 from bingham.distributions.bingham import Bingham
 from bingham.distributions.relations import to_gaussian
-from bingham.filters.axial_kalman import AxialKalmanFilter
-from bingham.filters.gaussian import GaussianState
 from bingham.filters.second_order import SecondOrderBinghamFilter, SpinState
 from bingham.metrics import (
     angle_probability,
@@ -35,7 +35,7 @@ SETTLED = 50
 def kalman(name: str, noise: FloatArray, body: Arrays) -> Arrays:
     """Run the axial Kalman filter with one covariance (4, 4) for both noises."""
     prior = GaussianState(*to_gaussian(PRIOR))
-    track = AxialKalmanFilter(noise, noise).run(prior, body["measured"], body["controls"])
+    track = AxialKalmanFilter(noise, noise).run(prior, body["measured"], controls=body["controls"])
     truth, kept = body["truth"], slice(None, None, THIN)
     statistic = nees(track.modes[kept], track.states.covariance[kept], truth[kept])
     covered = coverage(chi_square_probability(statistic, 3))

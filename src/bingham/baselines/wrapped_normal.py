@@ -14,8 +14,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.special import i0e
 
-from bingham.filters.gaussian import KalmanInfo, KalmanTrack, run_steps
-from bingham.filters.von_mises import log_resultant, von_mises_concentration
+from bingham.baselines.gaussian import KalmanFilter, KalmanInfo
+from bingham.baselines.state import ArrayState
+from bingham.baselines.von_mises import log_resultant, von_mises_concentration
 from bingham.validation import check_kind, finite, noise_variance, unchecked, unit_or_missing, unit_rows, variance
 
 __all__ = ["DoubledAngleState", "WrappedNormalFilter"]
@@ -23,8 +24,8 @@ __all__ = ["DoubledAngleState", "WrappedNormalFilter"]
 FloatArray = NDArray[np.float64]
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class DoubledAngleState:
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class DoubledAngleState(ArrayState):
     """Distribution of φ = 2θ: mean direction ``direction`` (...), rad, and von Mises concentration ``kappa`` (...)."""
 
     direction: FloatArray
@@ -42,13 +43,15 @@ class DoubledAngleState:
 
 
 @dataclass(frozen=True)
-class WrappedNormalFilter:
+class WrappedNormalFilter(KalmanFilter[DoubledAngleState]):
     """Axis in the plane by the circular filter after doubling the angle.
 
     Parameters
     ----------
     process_variance, measurement_variance : float
         σ², rad², of the wrapped-normal noises of the *axis* angle θ; they count four times for 2θ.
+    per_second : bool
+        Whether the process noise is that of a second, and grows with ``dt``, rather than that of a step.
 
     Examples
     --------
@@ -61,6 +64,7 @@ class WrappedNormalFilter:
 
     process_variance: float
     measurement_variance: float
+    per_second: bool = False
 
     def __post_init__(self) -> None:
         noise_variance(self.process_variance, "process_variance")
@@ -73,11 +77,11 @@ class WrappedNormalFilter:
     def predict(
         self, state: DoubledAngleState, control: ArrayLike | None = None, dt: float | None = None
     ) -> DoubledAngleState:
-        """Return the state of x ⊕ u ⊕ w: resultants multiply; control u (..., 2). w is per step, whatever ``dt``."""
+        """Return the state of x ⊕ u ⊕ w: resultants multiply; control u (..., 2)."""
         check_kind(state, DoubledAngleState, "state")
         u = None if control is None else unit_rows(control, 2, "control")
         turn = 0.0 if u is None else 2.0 * np.arctan2(u[..., 1], u[..., 0])
-        kappa = von_mises_concentration(log_resultant(state.kappa) - 2.0 * self.process_variance)
+        kappa = von_mises_concentration(log_resultant(state.kappa) - 2.0 * self.noise_time(dt) * self.process_variance)
         return unchecked(DoubledAngleState, direction=state.direction + turn, kappa=kappa)
 
     def update(self, state: DoubledAngleState, z: ArrayLike) -> tuple[DoubledAngleState, KalmanInfo]:
@@ -98,9 +102,3 @@ class WrappedNormalFilter:
         info = KalmanInfo(np.where(missing, 0.0, log_evidence), np.where(missing, np.nan, 2.0 * loss))
         direction, kappa = np.where(missing, state.direction, np.angle(vector)), np.where(missing, kappa_x, kappa)
         return unchecked(DoubledAngleState, direction=direction, kappa=kappa), info
-
-    def run(
-        self, prior: DoubledAngleState, measurements: ArrayLike, controls: ArrayLike | None = None
-    ) -> KalmanTrack[DoubledAngleState]:
-        """Predict, then update, for every row of measurements (..., T, 2)."""
-        return run_steps(self, prior, measurements, controls)

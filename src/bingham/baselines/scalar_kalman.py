@@ -7,7 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from bingham.filters.gaussian import KalmanInfo, KalmanTrack, run_steps
+from bingham.baselines.gaussian import KalmanFilter, KalmanInfo
+from bingham.baselines.state import ArrayState
 from bingham.validation import check_kind, finite, noise_variance, unchecked, unit_or_missing, unit_rows, variance
 
 __all__ = ["AngleState", "ScalarKalmanFilter"]
@@ -15,8 +16,8 @@ __all__ = ["AngleState", "ScalarKalmanFilter"]
 FloatArray = NDArray[np.float64]
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class AngleState:
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class AngleState(ArrayState):
     """Gaussian of an axis' angle: ``angle`` (...) in [0, π), rad, taken modulo π, and ``variance`` (...), rad²."""
 
     angle: FloatArray
@@ -34,7 +35,7 @@ class AngleState:
 
 
 @dataclass(frozen=True)
-class ScalarKalmanFilter:
+class ScalarKalmanFilter(KalmanFilter[AngleState]):
     """Angle of an axis by the linear Kalman filter; measurements are moved by multiples of π to the estimate.
 
     Parameters
@@ -43,6 +44,8 @@ class ScalarKalmanFilter:
         rad² added in each step; raising it makes old measurements fade faster.
     measurement_variance : float
         rad² of a measured angle; raising it trusts measurements less.
+    per_second : bool
+        Whether the process noise is that of a second, and grows with ``dt``, rather than that of a step.
 
     Examples
     --------
@@ -54,20 +57,18 @@ class ScalarKalmanFilter:
 
     process_variance: float
     measurement_variance: float
+    per_second: bool = False
 
     def __post_init__(self) -> None:
         noise_variance(self.process_variance, "process_variance")
         noise_variance(self.measurement_variance, "measurement_variance", positive=True)
 
     def predict(self, state: AngleState, control: ArrayLike | None = None, dt: float | None = None) -> AngleState:
-        """Return the state of x ⊕ u ⊕ w: the angle of the control u (..., 2) is added, and the process variance.
-
-        The variance is that of one step, whatever ``dt``.
-        """
+        """Return the state of x ⊕ u ⊕ w: the angle of the control u (..., 2) is added, and the process variance."""
         check_kind(state, AngleState, "state")
         turn = 0.0 if control is None else _angle(unit_rows(control, 2, "control"))
         angle = _half_turn(state.angle + turn)
-        return unchecked(AngleState, angle=angle, variance=state.variance + self.process_variance)
+        return unchecked(AngleState, angle=angle, variance=state.variance + self.noise_time(dt) * self.process_variance)
 
     def update(self, state: AngleState, z: ArrayLike) -> tuple[AngleState, KalmanInfo]:
         """Return the state given the measured axis z (..., 2); NaN is a missing measurement."""
@@ -84,12 +85,6 @@ class ScalarKalmanFilter:
         log_evidence = -0.5 * (nis + np.log(2.0 * np.pi * total))
         info = KalmanInfo(np.where(missing, 0.0, log_evidence), np.where(missing, np.nan, nis))
         return unchecked(AngleState, angle=angle, variance=(1.0 - gain) * state.variance), info
-
-    def run(
-        self, prior: AngleState, measurements: ArrayLike, controls: ArrayLike | None = None
-    ) -> KalmanTrack[AngleState]:
-        """Predict, then update, for every row of measurements (..., T, 2)."""
-        return run_steps(self, prior, measurements, controls)
 
 
 def _angle(axis: FloatArray) -> FloatArray:

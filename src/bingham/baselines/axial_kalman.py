@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.transform import Rotation
 
+from bingham.baselines.gaussian import GaussianState, KalmanFilter, KalmanInfo, align_to, kalman_update, symmetric
 from bingham.errors import InvalidArgumentError
-from bingham.filters.gaussian import GaussianState, KalmanInfo, KalmanTrack, align_to, kalman_update, run_steps
 from bingham.rotations import compose, right_matrix
 from bingham.validation import check_state, covariance_matrix, noise_covariance, unchecked, unit_rows
 
@@ -17,7 +17,7 @@ __all__ = ["AxialKalmanFilter"]
 
 
 @dataclass(frozen=True, eq=False)
-class AxialKalmanFilter:
+class AxialKalmanFilter(KalmanFilter[GaussianState]):
     """Linear Kalman filter in ℝ^d that mirrors each measurement to the estimate's side and renormalises the estimate.
 
     Noise is additive, x' = x ⊕ u + w and z = x + v, and its covariance is the same wherever the state points: what
@@ -27,6 +27,8 @@ class AxialKalmanFilter:
     ----------
     process_covariance, measurement_covariance : (d, d) array_like
         Covariances of w and v, such as `to_gaussian` finds for Bingham noise with the identity as mode (eq. 57).
+    per_second : bool
+        Whether the process noise is that of a second, and grows with ``dt``, rather than that of a step.
 
     Examples
     --------
@@ -39,6 +41,7 @@ class AxialKalmanFilter:
 
     process_covariance: ArrayLike
     measurement_covariance: ArrayLike
+    per_second: bool = False
     _w: NDArray[np.float64] = field(init=False, repr=False)
     _v: NDArray[np.float64] = field(init=False, repr=False)
 
@@ -53,7 +56,7 @@ class AxialKalmanFilter:
     def predict(
         self, state: GaussianState, control: ArrayLike | Rotation | None = None, dt: float | None = None
     ) -> GaussianState:
-        """Return the state of x ⊕ u + w for a known rotation u (..., d); w is added per step, whatever ``dt``."""
+        """Return the state of x ⊕ u + w for a known rotation u (..., d)."""
         d = len(self._w)
         check_state(state, GaussianState, d)
         mean, covariance = state.mean, state.covariance
@@ -62,7 +65,7 @@ class AxialKalmanFilter:
             turn = right_matrix(u)
             mean = compose(mean, u)
             covariance = turn @ covariance @ np.swapaxes(turn, -1, -2)
-        return unchecked(GaussianState, mean=mean, covariance=covariance + self._w)
+        return unchecked(GaussianState, mean=mean, covariance=symmetric(covariance) + self.noise_time(dt) * self._w)
 
     def update(self, state: GaussianState, z: ArrayLike | Rotation) -> tuple[GaussianState, KalmanInfo]:
         """Return the state given the measurement ±z (..., d); NaN is a missing measurement."""
@@ -71,9 +74,3 @@ class AxialKalmanFilter:
         innovation = align_to(z, state.mean) - state.mean
         mean, covariance, info = kalman_update(state.mean, state.covariance, innovation, np.eye(d), self._v)
         return unchecked(GaussianState, mean=mean, covariance=covariance), info
-
-    def run(
-        self, prior: GaussianState, measurements: ArrayLike | Rotation, controls: ArrayLike | Rotation | None = None
-    ) -> KalmanTrack[GaussianState]:
-        """Predict, then update, for every row of measurements (..., T, d)."""
-        return run_steps(self, prior, measurements, controls)

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from numpy.polynomial import Polynomial
 
-from bingham.filters.von_mises import CONCENTRATION, DEFICIT, NARROW, log_resultant, von_mises_concentration
+from bingham.baselines.von_mises import CONCENTRATION, DEFICIT, NARROW, log_resultant, von_mises_concentration
 
 # From nothing to σ = 1e-8 rad, on both sides of the switch.
 KAPPA = [1e-12, 1e-3, 0.5, 2.0, 20.0, 150.0, np.nextafter(NARROW, 0.0), NARROW, 200.5, 1e3, 1e5, 1e8, 1e13, 1e16]

@@ -1,28 +1,61 @@
-"""What the Kalman filters share: Gaussian states, the measurement update, the loop over a sequence.
+"""What the Kalman filters share: Gaussian states, noise over time, the measurement update.
 
 Every function takes leading batch axes, so that many recordings are filtered side by side.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
-from typing import Any, Generic, NamedTuple
+from dataclasses import dataclass
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.transform import Rotation
 
+from bingham.baselines.state import ArrayState
 from bingham.errors import InvalidArgumentError
-from bingham.filters.protocol import Filter, State, each_step
-from bingham.validation import covariance_matrix, finite, unchecked, unit_or_missing
+from bingham.filters.protocol import State
+from bingham.filters.run import RecursiveFilter
+from bingham.filters.track import Track
+from bingham.validation import covariance_matrix, finite, unit_or_missing
 
-__all__ = ["GaussianState", "KalmanInfo", "KalmanTrack", "align_to", "kalman_update", "put_moments", "run_steps"]
+__all__ = ["GaussianState", "KalmanFilter", "KalmanInfo", "align_to", "kalman_update", "put_moments", "symmetric"]
 
 FloatArray = NDArray[np.float64]
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class GaussianState:
+class KalmanFilter(RecursiveFilter[State, Track[State]]):
+    """Base of the Kalman filters: they take batches; ``per_second`` says what their process noise is."""
+
+    per_second: bool = False
+
+    @property
+    def batched(self) -> bool:
+        """Whether there may be leading batch axes: there may."""
+        return True
+
+    @property
+    def needs_times(self) -> bool:
+        """Whether the process noise is given per second."""
+        return self.per_second
+
+    @property
+    def noise_per_step(self) -> bool:
+        """Whether the process noise is that of one step."""
+        return not self.per_second
+
+    def noise_time(self, dt: float | None) -> float:
+        """Return what the process noise counts in a step: ``dt`` seconds, or one step."""
+        if not self.per_second:
+            return 1.0
+        if dt is None or not dt >= 0.0:
+            hint = "pass dt= (or times= to run)"
+            raise InvalidArgumentError("dt", "a time step in s, not negative, for noise per second", dt, hint)
+        return dt
+
+
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class GaussianState(ArrayState):
     """Gaussian N(mean, covariance) of a vector in ℝ^d that stands for an axis or a rotation.
 
     Parameters
@@ -81,19 +114,6 @@ class KalmanInfo(NamedTuple):
         return "" if self.accepted.all() else "missing"
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class KalmanTrack(Generic[State]):
-    """States after each update, as one state with leading axes (..., T), and the log-evidence (..., T)."""
-
-    states: State
-    log_evidence: FloatArray
-
-    @property
-    def modes(self) -> FloatArray:
-        """Unit vectors (..., T, d)."""
-        return self.states.mode
-
-
 def align_to(z: ArrayLike | Rotation, towards: FloatArray) -> FloatArray:
     """Return ±z (..., d), whichever is closer to ``towards`` (..., d) (Kurz et al. 2014, §7, modification 1)."""
     a = unit_or_missing(z, towards.shape[-1], "z")
@@ -125,27 +145,13 @@ def kalman_update(
     scaled = (parts / np.linalg.norm(parts, axis=-1, keepdims=True)).reshape(moved.shape)
     I_KH = np.eye(mean.shape[-1]) - gain @ H
     # Joseph's form stays symmetric and positive semidefinite.
-    P = I_KH @ covariance @ np.swapaxes(I_KH, -1, -2) + gain @ R @ np.swapaxes(gain, -1, -2)
+    P = symmetric(I_KH @ covariance @ np.swapaxes(I_KH, -1, -2) + gain @ R @ np.swapaxes(gain, -1, -2))
     nis = np.einsum("...i,...i->...", e, np.linalg.solve(S, e[..., None])[..., 0])
     log_evidence = -0.5 * (nis + np.linalg.slogdet(S)[1] + m * np.log(2.0 * np.pi))
     info = KalmanInfo(np.where(missing, 0.0, log_evidence), np.where(missing, np.nan, nis))
     return np.where(missing[..., None], moved, scaled), P, info
 
 
-def run_steps(
-    kalman: Filter[State, KalmanInfo],
-    prior: State,
-    measurements: ArrayLike | Rotation,
-    controls: ArrayLike | Rotation | None = None,
-) -> KalmanTrack[State]:
-    """Return the track of `each_step`, measurements and controls (..., T, d); a row of NaN is a missing measurement."""
-    results = list(each_step(kalman, prior, measurements, controls))
-    if not results:
-        raise InvalidArgumentError("measurements", "shape (..., T, d) with T >= 1", "no rows")
-    evidence = [info.log_evidence for _, info in results]
-    cls, axis = type(prior), evidence[0].ndim
-    columns = {
-        f.name: np.stack([getattr(state, f.name) for state, _ in results], axis=axis)
-        for f in fields(cls)  # type: ignore[arg-type]
-    }
-    return KalmanTrack(unchecked(cls, **columns), np.stack(evidence, axis=-1))
+def symmetric(P: FloatArray) -> FloatArray:
+    """Return (P + Pᵀ)/2: rounding of F P Fᵀ leaves covariances neither symmetric nor quite semidefinite."""
+    return 0.5 * (P + np.swapaxes(P, -1, -2))

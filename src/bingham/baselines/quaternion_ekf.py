@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.transform import Rotation
 
-from bingham.filters.gaussian import GaussianState, KalmanInfo, KalmanTrack, align_to, kalman_update, run_steps
+from bingham.baselines.gaussian import GaussianState, KalmanFilter, KalmanInfo, align_to, kalman_update, symmetric
 from bingham.rotations import left_matrix, right_matrix
 from bingham.validation import check_noise_side, check_state, noise_covariance, unchecked, unit_rows
 
@@ -36,7 +36,7 @@ def noise_about(x: FloatArray, covariance: FloatArray, left: bool) -> FloatArray
 
 
 @dataclass(frozen=True, eq=False)
-class QuaternionEkf:
+class QuaternionEkf(KalmanFilter[GaussianState]):
     """First-order quaternion EKF: x' = w ⊗ u ⊗ x, z = v ⊗ x (noise_side="left") or x' = x ⊗ u ⊗ w, z = x ⊗ v.
 
     Parameters
@@ -48,6 +48,8 @@ class QuaternionEkf:
     rotate_noise : bool
         False adds the two covariances as they are wherever the state points, as published. True turns them into
         the state's frame, which is what the multiplicative noise means: the fair filter.
+    per_second : bool
+        Whether the process noise is that of a second, and grows with ``dt``, rather than that of a step.
 
     Examples
     --------
@@ -62,6 +64,7 @@ class QuaternionEkf:
     measurement_covariance: ArrayLike
     noise_side: Literal["left", "right"] = "left"
     rotate_noise: bool = False
+    per_second: bool = False
     _w: FloatArray = field(init=False, repr=False)
     _v: FloatArray = field(init=False, repr=False)
 
@@ -73,7 +76,7 @@ class QuaternionEkf:
     def predict(
         self, state: GaussianState, control: ArrayLike | Rotation | None = None, dt: float | None = None
     ) -> GaussianState:
-        """Return the state one step later, rotated by the control u (..., 4); w is per step, whatever ``dt``."""
+        """Return the state one step later, rotated by the control u (..., 4)."""
         check_state(state, GaussianState, 4)
         left = self.noise_side == "left"
         mean, covariance = state.mean, state.covariance
@@ -83,7 +86,7 @@ class QuaternionEkf:
             mean = np.einsum("...ij,...j->...i", turn, mean)
             covariance = turn @ covariance @ np.swapaxes(turn, -1, -2)
         noise = noise_about(mean, self._w, left) if self.rotate_noise else self._w
-        return unchecked(GaussianState, mean=mean, covariance=covariance + noise)
+        return unchecked(GaussianState, mean=mean, covariance=symmetric(covariance) + self.noise_time(dt) * noise)
 
     def update(
         self, state: GaussianState, z: ArrayLike | Rotation, covariance: ArrayLike | None = None
@@ -99,9 +102,3 @@ class QuaternionEkf:
             noise = noise_about(unit, noise, self.noise_side == "left")
         mean, P, info = kalman_update(state.mean, state.covariance, align_to(z, unit) - unit, H, noise)
         return unchecked(GaussianState, mean=mean, covariance=P), info
-
-    def run(
-        self, prior: GaussianState, measurements: ArrayLike | Rotation, controls: ArrayLike | Rotation | None = None
-    ) -> KalmanTrack[GaussianState]:
-        """Predict, then update, for every row of measurements (..., T, 4)."""
-        return run_steps(self, prior, measurements, controls)

@@ -5,12 +5,12 @@ import pytest
 from scipy.integrate import quad
 from scipy.stats import multivariate_normal, norm, vonmises
 
-from bingham.filters.axial_kalman import AxialKalmanFilter
-from bingham.filters.gaussian import GaussianState
-from bingham.filters.quaternion_ekf import QuaternionEkf
-from bingham.filters.scalar_kalman import AngleState, ScalarKalmanFilter
-from bingham.filters.second_order_ekf import SecondOrderQuaternionEkf, SpinningGaussian
-from bingham.filters.wrapped_normal import DoubledAngleState, WrappedNormalFilter
+from bingham.baselines.axial_kalman import AxialKalmanFilter
+from bingham.baselines.gaussian import GaussianState
+from bingham.baselines.quaternion_ekf import QuaternionEkf
+from bingham.baselines.scalar_kalman import AngleState, ScalarKalmanFilter
+from bingham.baselines.second_order_ekf import SecondOrderQuaternionEkf, SpinningGaussian
+from bingham.baselines.wrapped_normal import DoubledAngleState, WrappedNormalFilter
 from bingham.metrics import geodesic_error
 from bingham.rotations import compose
 
@@ -106,7 +106,7 @@ def test_turning_everything_turns_the_result(case):
     def moved(q):
         return compose(q, g) if side == "left" else compose(g, q)
 
-    here, there = f.run(state(x), z, u), f.run(state(moved(x)), moved(z), u)
+    here, there = f.run(state(x), z, controls=u), f.run(state(moved(x)), moved(z), controls=u)
     assert geodesic_error(there.modes, moved(here.modes)).max() < 1e-10
     np.testing.assert_allclose(there.log_evidence, here.log_evidence, atol=1e-9)
 

@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 
 from bingham import Bingham, BinghamFilter
+from bingham.baselines.axial_kalman import AxialKalmanFilter
+from bingham.baselines.gaussian import GaussianState
+from bingham.baselines.quaternion_ekf import QuaternionEkf
+from bingham.baselines.scalar_kalman import AngleState, ScalarKalmanFilter
+from bingham.baselines.second_order_ekf import SecondOrderQuaternionEkf, SpinningGaussian
+from bingham.baselines.wrapped_normal import DoubledAngleState, WrappedNormalFilter
 from bingham.distributions.relations import to_gaussian
 from bingham.errors import InvalidArgumentError
-from bingham.filters.axial_kalman import AxialKalmanFilter
-from bingham.filters.gaussian import GaussianState
-from bingham.filters.quaternion_ekf import QuaternionEkf
-from bingham.filters.scalar_kalman import AngleState, ScalarKalmanFilter
-from bingham.filters.second_order_ekf import SecondOrderQuaternionEkf, SpinningGaussian
-from bingham.filters.wrapped_normal import DoubledAngleState, WrappedNormalFilter
 from bingham.metrics import geodesic_error
 from bingham.rotations import compose, from_rotation_vector
 
@@ -240,7 +240,7 @@ def test_the_fair_ekf_follows_the_bingham_filter_at_small_noise():
     noise, process = Bingham([-5e3] * 3 + [0.0], np.eye(4)[::-1]), Bingham([-2e4] * 3 + [0.0], np.eye(4)[::-1])
     track = BinghamFilter(process, noise, noise_side="left").run(noise, z, controls=controls)
     kalman = QuaternionEkf(to_gaussian(process).covariance, to_gaussian(noise).covariance, rotate_noise=True)
-    found = kalman.run(GaussianState(IDENTITY, to_gaussian(noise).covariance), z, controls)
+    found = kalman.run(GaussianState(IDENTITY, to_gaussian(noise).covariance), z, controls=controls)
     assert geodesic_error(found.modes, track.modes).max() < 1e-3
     assert geodesic_error(found.modes, truth).mean() < 0.012
 
@@ -278,10 +278,10 @@ def test_controls_that_do_not_fit_are_rejected(baseline):
     turns = np.tile(np.eye(d)[0], (len(z), 1))
     for wrong in (turns[:-1], np.vstack([turns, turns[:1]]), turns[0]):
         with pytest.raises(InvalidArgumentError, match="controls: expected 12 rows"):
-            kalman.run(prior(()), z, wrong)
+            kalman.run(prior(()), z, controls=wrong)
     turns[3] = np.nan
     with pytest.raises(InvalidArgumentError, match=r"control: expected unit vectors .* got NaN") as caught:
-        kalman.run(prior(()), z, turns)
+        kalman.run(prior(()), z, controls=turns)
     assert caught.value.__notes__ == ["in row 3 of the sequence"]
     with pytest.raises(InvalidArgumentError, match="control: expected shape"):
         kalman.predict(prior(()), [1.0, 0.0, 0.0])

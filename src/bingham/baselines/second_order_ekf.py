@@ -9,16 +9,16 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.transform import Rotation
 
-from bingham.filters.gaussian import (
+from bingham.baselines.gaussian import (
     GaussianState,
+    KalmanFilter,
     KalmanInfo,
-    KalmanTrack,
     align_to,
     kalman_update,
     put_moments,
-    run_steps,
 )
-from bingham.filters.quaternion_ekf import noise_about, projection_jacobian
+from bingham.baselines.quaternion_ekf import noise_about, projection_jacobian
+from bingham.baselines.state import ArrayState
 from bingham.rotations import compose, left_matrix, right_matrix
 from bingham.validation import check_noise_side, check_state, noise_covariance, unchecked, unit_rows
 
@@ -27,8 +27,8 @@ __all__ = ["SecondOrderQuaternionEkf", "SpinningGaussian"]
 FloatArray = NDArray[np.float64]
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class SpinningGaussian:
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class SpinningGaussian(ArrayState):
     """Gaussian of (x, v): orientation x and rotation per step v, ``mean`` (..., 8), ``covariance`` (..., 8, 8)."""
 
     mean: FloatArray
@@ -63,7 +63,7 @@ class SpinningGaussian:
 
 
 @dataclass(frozen=True, eq=False)
-class SecondOrderQuaternionEkf:
+class SecondOrderQuaternionEkf(KalmanFilter[SpinningGaussian]):
     """Quaternion EKF with x' = v ⊗ x, v' = w ⊗ u ⊗ v, z = x ⊗ noise (or noise ⊗ x, ``noise_side="left"``).
 
     Parameters
@@ -124,9 +124,3 @@ class SecondOrderQuaternionEkf:
             noise = noise_about(unit, noise, self.noise_side == "left")
         mean, P, info = kalman_update(state.mean, state.covariance, align_to(z, unit) - unit, H, noise)
         return unchecked(SpinningGaussian, mean=mean, covariance=P), info
-
-    def run(
-        self, prior: SpinningGaussian, measurements: ArrayLike | Rotation, controls: ArrayLike | Rotation | None = None
-    ) -> KalmanTrack[SpinningGaussian]:
-        """Predict, then update, for every row of measurements (..., T, 4)."""
-        return run_steps(self, prior, measurements, controls)
