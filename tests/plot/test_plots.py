@@ -141,13 +141,43 @@ def test_what_is_grey_is_in_the_legend():
 def test_an_unknown_heading_is_told_in_words():
     time, modes, distributions, covariance = turning(0.5)
     covariance[:, 2, 2] = np.pi**2 / 3
-    for truth in (None, modes):
-        figure = plot_track(time, distributions, covariance=covariance, truth=truth, note="no magnetometer")
-        _, heading, inclination, _ = figure.axes
-        nothing = "nothing is known: the 95 % band is the whole circle"
-        assert {t.get_text() for t in heading.texts} == {nothing, "no magnetometer"}
-        assert not inclination.texts
-        assert truth is None or legend(heading) == ["error"]
+    _, heading, inclination, _ = plot_track(
+        time, distributions, covariance=covariance, truth=modes, note="no magnetometer"
+    ).axes
+    nothing = "nothing is known: the 95 % band is the whole circle"
+    assert {t.get_text() for t in heading.texts} == {nothing, "no magnetometer"}
+    assert not inclination.texts and legend(heading) == ["error"]
+
+
+def test_an_unknown_heading_without_truth_is_drawn_since_the_start():
+    time, modes, _, covariance = turning(0.5)
+    covariance[:, 2, 2] = np.pi**2 / 3
+    heading = plot_track(time, modes, covariance).axes[1]
+    (line,) = heading.lines
+    yaw = np.unwrap(Rotation.from_quat(modes, scalar_first=True).as_euler("ZYX")[:, 0])
+    np.testing.assert_allclose(line.get_ydata(), np.degrees(yaw - yaw[0]), atol=1e-9)
+    assert "since" in heading.get_ylabel()
+
+
+def test_of_a_long_track_every_column_keeps_its_extremes_and_gaps_break_the_lines():
+    count = 200_000
+    time = np.arange(count) / 100.0
+    time[120_000:] += 60.0
+    rng = np.random.default_rng(4)
+    off = 0.01 * rng.standard_normal((count, 3))
+    off[[777, 55_555]] = [0.3, 0.0, 0.2], [0.0, 0.0, -0.3]
+    modes = from_rotation_vector(off)
+    still = np.tile([1.0, 0.0, 0.0, 0.0], (count, 1))
+    figure = plot_track(time, modes, np.tile(1e-4 * np.eye(3), (count, 1, 1)), truth=still)
+    (line,) = [line for line in figure.axes[1].lines if line.get_label().startswith("error")]
+    x, y = line.get_xdata(), line.get_ydata()
+    error = np.degrees(off[:, 2])
+    edges = np.linspace(0, count, 501).astype(int)  # as wide as four of the columns that are kept
+    for a, b in itertools.pairwise(edges):
+        inside = (x >= time[a]) & (x <= time[b - 1])
+        assert np.nanmin(y[inside]) <= error[a:b].min() + 1e-6 and np.nanmax(y[inside]) >= error[a:b].max() - 1e-6
+    assert np.isnan(y[(x >= time[119_999]) & (x <= time[120_000])]).sum() == 1
+    assert len(x) < 10_000
 
 
 def test_profiles_show_the_interval_and_legible_ticks():
@@ -184,7 +214,6 @@ def test_a_peak_between_the_samples_drawn_is_marked():
     modes = none.copy()
     modes[4001] = from_rotation_vector([0.0, 0.0, np.radians(35.0)])
     heading = plot_track(time, Bingham.from_covariance(modes, 1e-4 * np.eye(3), frame="body"), truth=none).axes[1]
-    assert stride(9000).step == 3 and 4001 % 3
     assert "error, up to 35° ▴" in heading.get_legend_handles_labels()[1]
 
 

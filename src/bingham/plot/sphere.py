@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from bingham.plot.style import AXIS_COLOURS, INK, PALE
 from bingham.rotations import rotate
 
-__all__ = ["draw_axes_cloud", "draw_axes_path", "draw_sphere", "project"]
+__all__ = ["draw_axes_cloud", "draw_axes_density", "draw_axes_path", "draw_sphere", "project"]
 
 FloatArray = NDArray[np.float64]
 
@@ -64,3 +64,17 @@ def draw_axes_path(axes: Any, q: ArrayLike) -> None:
         right, up, front = project(line)
         for side, strength in ((~front, 0.25), (front, 0.7)):
             axes.plot(np.where(side, right, np.nan), up, color=colour, alpha=strength, lw=0.6)
+
+
+def draw_axes_density(axes: Any, q: ArrayLike, bins: int = 70) -> None:
+    """Shade how often rotations (T, 4) point the body's x, y and z axes to each place of the near side."""
+    quaternion = np.asarray(q, dtype=np.float64)
+    for tip, colour in zip(np.eye(3), AXIS_COLOURS, strict=True):
+        right, up, front = project(rotate(quaternion, tip))
+        count = np.histogram2d(right[front], up[front], bins=bins, range=[[-1, 1], [-1, 1]])[0].T
+        image = np.zeros((bins, bins, 4))
+        image[..., :3] = [int(colour[k : k + 2], 16) / 255.0 for k in (1, 3, 5)]
+        # The root lets what is seldom be seen beside what is frequent.
+        image[..., 3] = 0.8 * np.sqrt(count / max(float(count.max()), 1.0))
+        axes.imshow(image, extent=(-1, 1, -1, 1), origin="lower", interpolation="nearest", zorder=2)
+    axes.set(xlim=(-1.3, 1.3), ylim=(-1.3, 1.3))

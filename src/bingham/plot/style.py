@@ -7,17 +7,25 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from bingham.decimate import envelope_indices
 from bingham.errors import MissingExtraError
 
 __all__ = [
     "AXIS_COLOURS",
+    "COLUMNS",
+    "GAP_COLOUR",
     "INK",
+    "MEASURED",
     "OVERLAY",
     "PALE",
     "draw_band",
+    "draw_between",
+    "draw_line",
     "fit_angles",
+    "gaps",
     "legend_above",
     "new_figure",
+    "shade_gaps",
     "shade_unscored",
     "since_start",
     "stride",
@@ -27,6 +35,9 @@ __all__ = [
 # Okabe & Ito's palette: told apart by colour-blind readers too.
 AXIS_COLOURS = ("#D55E00", "#009E73", "#0072B2")
 INK, PALE, OVERLAY = "#333333", "#BBBBBB", "#56B4E9"
+MEASURED, GAP_COLOUR = "#E69F00", "#CC79A7"
+COLUMNS = 2000  # no panel is wider, in pixels
+GAP, GAP_SECONDS = 5.0, 0.25  # a step so many times the usual one, and at least so long, is a gap
 
 
 def new_figure(width: float, height: float) -> Any:
@@ -53,6 +64,22 @@ def since_start(time: NDArray[np.float64]) -> tuple[NDArray[np.float64], str]:
     """
     start = float(time[0])
     return time - start, f"seconds since t = {f'{start:.3f}'.rstrip('0').rstrip('.')} s" if start else "time [s]"
+
+
+def draw_line(axes: Any, t: NDArray[np.float64], y: NDArray[np.float64], **style: Any) -> None:
+    """Draw a curve (T,) through the extremes of every column of pixels; NaN breaks it."""
+    kept = envelope_indices(y, COLUMNS)
+    axes.plot(t[kept], y[kept], **style)
+
+
+def draw_between(
+    axes: Any, t: NDArray[np.float64], low: NDArray[np.float64], high: NDArray[np.float64], **style: Any
+) -> None:
+    """Fill between two curves (T,), in every column of pixels from the lowest of `low` to the highest of `high`."""
+    if len(t) > 2 * COLUMNS:
+        starts = np.linspace(0, len(t), COLUMNS + 1).astype(np.intp)[:-1]
+        t, low, high = t[starts], np.minimum.reduceat(low, starts), np.maximum.reduceat(high, starts)
+    axes.fill_between(t, low, high, lw=0, **style)
 
 
 def unbroken(angle_deg: NDArray[np.float64], jump_deg: float = 180.0) -> NDArray[np.float64]:
@@ -89,7 +116,8 @@ def fit_angles(axes: Any, circle_deg: float, *lines: NDArray[np.float64], band: 
 def legend_above(axes: Any, columns: int = 4) -> None:
     """Put the legend above the panel, where it hides no data."""
     place = {"loc": "lower right", "bbox_to_anchor": (1.0, 1.0), "borderaxespad": 0.1}
-    axes.legend(ncols=columns, fontsize=8, frameon=False, **place)
+    if axes.get_legend_handles_labels()[1]:
+        axes.legend(ncols=columns, fontsize="small", frameon=False, **place)
 
 
 def shade_unscored(axes: Any, t: NDArray[np.float64], scored: NDArray[np.bool_]) -> None:
@@ -98,3 +126,16 @@ def shade_unscored(axes: Any, t: NDArray[np.float64], scored: NDArray[np.bool_])
         edge = axes.get_xaxis_transform()
         about = {"color": PALE, "alpha": 0.3, "lw": 0, "zorder": 0, "label": "not scored"}
         axes.fill_between(t, 0, 1, where=~scored, step="mid", transform=edge, **about)
+
+
+def gaps(t: NDArray[np.float64]) -> NDArray[np.intp]:
+    """Return the indices of the last samples before steps that are no usual ones, at most 2000."""
+    step = np.diff(t)
+    limit = max(GAP * float(np.median(step)), GAP_SECONDS) if len(step) else 0.0
+    return np.flatnonzero(step > limit)[:COLUMNS]
+
+
+def shade_gaps(axes: Any, spans: NDArray[np.float64]) -> None:
+    """Shade the times (n, 2) without samples."""
+    for count, (start, end) in enumerate(spans):
+        axes.axvspan(start, end, color=GAP_COLOUR, alpha=0.25, lw=0, zorder=0, label="_" if count else "gap")
