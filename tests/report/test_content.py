@@ -7,6 +7,7 @@ import re
 import numpy as np
 import pytest
 
+from bingham import Bingham, BinghamFilter
 from bingham.decimate import envelope, envelope_indices
 from bingham.errors import InvalidArgumentError
 from bingham.report import render_report, write_report
@@ -105,6 +106,20 @@ def test_an_hour_stays_small():
     bias = np.random.default_rng(0).normal(0.0, 0.01, (len(t), 3))
     page = render_report(t, q, c, title="hour", truth=q, bias=bias, bias_std=np.abs(bias))
     assert len(page.encode()) < 15e6
+
+
+def test_a_track_shows_itself(tmp_path):
+    noise = Bingham([-500.0, -500.0, -500.0, 0.0], np.eye(4)[:, [1, 2, 3, 0]])
+    z = noise.rvs(30, rng=1)
+    page = BinghamFilter(noise, noise).run(Bingham.uniform(4), z).report(tmp_path / "t.html", title="a <b> track")
+    assert (tmp_path / "t.html").read_text(encoding="utf-8") == page.html
+    shown = page._repr_html_()
+    assert shown.startswith('<iframe title="a &lt;b&gt; track"') and "<script" not in shown
+    assert repr(page) == "Report(title='a <b> track')"
+    plane = Bingham([-50.0, 0.0], np.eye(2))
+    with pytest.raises(InvalidArgumentError) as caught:
+        BinghamFilter(plane, plane).run(Bingham.uniform(2), plane.rvs(5, rng=1)).report()
+    assert caught.value.argument == "track"
 
 
 def test_shapes_that_do_not_fit_are_named():

@@ -206,6 +206,16 @@ class Track(Generic[State]):
         # Drawing stands above filters in the layers: loaded by name, and only by those who ask for it.
         return import_module("bingham.plot.angles").plot_angles(self, ax)
 
+    def report(self, path: Any = None, **more: Any) -> Any:
+        """Return a page to look at, `bingham.report.Report`, written to `path` if one is given; notebooks show it.
+
+        Keywords as for `bingham.report.report_track`: ``title``, ``truth``, ``summary``, ….
+        """
+        from importlib import import_module
+
+        self._check_rotations()
+        return import_module("bingham.report").report_track(self, path, **more)
+
     def _check_rotations(self) -> None:
         if self.modes.shape[-1] != 4:
             raise InvalidArgumentError("track", "rotations, d = 4", f"d = {self.modes.shape[-1]}")

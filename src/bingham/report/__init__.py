@@ -2,6 +2,6 @@
 
 from __future__ import annotations
 
-from bingham.report.page import render_report, write_report
+from bingham.report.page import Report, render_report, report_track, write_report
 
-__all__ = ["render_report", "write_report"]
+__all__ = ["Report", "render_report", "report_track", "write_report"]

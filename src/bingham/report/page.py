@@ -3,16 +3,20 @@
 from __future__ import annotations
 
 import json
+from dataclasses import dataclass, field
 from functools import cache
 from html import escape
 from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from bingham.atomic import replaced
+from bingham.errors import InvalidArgumentError
 from bingham.report.content import report_content
 
-__all__ = ["render_report", "write_report"]
+__all__ = ["Report", "render_report", "report_track", "write_report"]
 
 PARTS = {
     "uplot_css": "vendor/uPlot-1.6.32.min.css",
@@ -73,6 +77,56 @@ def write_report(path: str | Path, time: Any, modes: Any, covariance: Any, *, ti
     world : tuple of str
         Names of the world's axes, the third one vertical.
     """
-    text = render_report(time, modes, covariance, title=title, **more)
-    with replaced(path) as new:
-        new.write_text(text, encoding="utf-8")
+    Report(title, render_report(time, modes, covariance, title=title, **more)).save(path)
+
+
+@dataclass(frozen=True)
+class Report:
+    """A page in memory: notebooks show it, `save` writes it.
+
+    Parameters
+    ----------
+    title : str
+        Name of the recording.
+    html : str
+        The page.
+    """
+
+    title: str
+    html: str = field(repr=False)
+
+    def save(self, path: str | Path) -> None:
+        """Write the page."""
+        with replaced(path) as new:
+            new.write_text(self.html, encoding="utf-8")
+
+    def _repr_html_(self) -> str:
+        style = "width: 100%; height: 780px; border: 0"
+        return f'<iframe title="{escape(self.title)}" style="{style}" srcdoc="{escape(self.html)}"></iframe>'
+
+
+def report_track(track: Any, path: str | Path | None = None, *, title: str = "track", **more: Any) -> Report:
+    """Return the report of a track of rotations, written to `path` if one is given.
+
+    Parameters
+    ----------
+    track : Track
+        With times, or one row a second; d = 4, a single sequence.
+    path : str or Path, optional
+        HTML file to write.
+    title : str
+        Name of the recording.
+    **more
+        ``truth``, ``scored``, ``summary``, ``warnings``, ``world``: as for `write_report`.
+    """
+    if np.ndim(track.modes) != 2 or np.shape(track.modes)[-1] != 4:
+        raise InvalidArgumentError("track", "one sequence of rotations, d = 4", f"modes {np.shape(track.modes)}")
+    time = np.arange(len(track), dtype=np.float64) if track.time is None else track.time
+    for name in ("bias", "bias_std", "rejected"):
+        value = getattr(track, name, None)
+        if name not in more and value is not None:
+            more[name] = value
+    page = Report(title, render_report(time, track.modes, track.covariance(frame="world"), title=title, **more))
+    if path is not None:
+        page.save(path)
+    return page
