@@ -168,11 +168,11 @@ def test_a_killed_command_leaves_no_temporary_folder(tmp_path, number):
     code = """
 import sys, time
 from bingham.cli.main import main
-import bingham.cli.track as track
+import bingham.cli.tracking as track
 def slow(*_, **__):
     print(1, flush=True)
     time.sleep(60)
-track.track_one = slow
+track._track = slow
 main()
 """
     out = tmp_path / "out"

@@ -9,7 +9,6 @@ import pytest
 from bags import KINDS, Bag, fingerprint, messages
 from bingham import Bingham
 from bingham.cli.bag import world_covariance
-from bingham.cli.result import of_track
 from bingham.filters.track import Track
 from bingham.io import read_recording, read_rosbag_orientation, read_track
 from bingham.metrics import broad_rmse
@@ -86,7 +85,7 @@ def test_a_distribution_without_a_mode_is_a_finite_covariance():
     track = Track(
         None, np.array([p.z for p in distributions]), np.array([p.M for p in distributions]), nothing, nothing, nothing
     )
-    found = world_covariance(of_track(track))
+    found = world_covariance(track)
     assert np.isfinite(found).all()
     np.testing.assert_allclose(found[0], np.diag([tilt, tilt, heading]), rtol=0.02, atol=1e-9)
     np.testing.assert_allclose(found[1], heading * np.eye(3), atol=1e-9)

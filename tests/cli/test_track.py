@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from bingham import Bingham, BinghamFilter, Gate
-from bingham.cli import track as command
+from bingham.cli import tracking
 from bingham.filters.imu import ImuFilter, ImuState
 from bingham.io import read_csv, read_recording, read_track, read_tum, write_npz
 from bingham.models.diffusion import Diffusion
@@ -38,7 +38,8 @@ def test_several_recordings_give_a_list_and_planar_axes_are_smoothed(bingham, im
 
 
 def test_files_hold_what_the_filter_said(bingham, axes_in_plane, imu, tmp_path):
-    bingham("track", imu, "--plain", "--no-figure", "--tum", "--frame", "world", "-o", tmp_path)
+    bingham("track", imu, "--plain", "--no-figure", "--tum", "--frame", "world", "--fields", "quaternion,covariance",
+            "-o", tmp_path)  # fmt: skip
     header = [line for line in (tmp_path / "imu.track.csv").read_text().splitlines()[:6] if line.startswith("#")]
     assert any("rad^2, frame: world" in line for line in header)
     track = read_track(tmp_path / "imu.track.npz")
@@ -52,7 +53,7 @@ def test_files_hold_what_the_filter_said(bingham, axes_in_plane, imu, tmp_path):
         listed = read_csv(tmp_path / "imu.track.csv")
     moved = read_tum(tmp_path / "imu.tum.txt")
     for orientation in (listed.orientation, moved.orientation):
-        np.testing.assert_allclose(np.abs(np.sum(orientation * track["modes"], axis=1)), 1, rtol=1e-14)
+        np.testing.assert_allclose(np.sum(orientation * track["modes"], axis=1), 1, rtol=1e-14)
 
 
 def test_the_inertial_filter_goes_on_from_the_state_in_the_file(bingham, imu, tmp_path):
@@ -98,18 +99,12 @@ def test_options_reach_the_filter(bingham, data, tmp_path):
 
 def test_summary_for_people(bingham, imu, tmp_path):
     result = bingham("track", imu, "--no-figure", "-o", tmp_path / "out")
-    heading, line = result.stdout.splitlines()[:2]
-    assert heading.split() == [
-        "recording",
-        "samples",
-        "duration",
-        "µs/sample",
-        "rejected",
-        "total",
-        "heading",
-        "inclination",
-    ]
-    assert line.split()[:4] == ["imu", "601", "12.0", "s"]
+    heading, line, details = result.stdout.splitlines()[:3]
+    names = "recording samples duration rate gaps rejected heading ± inclination ± total heading inclination"
+    assert heading.split() == names.split()
+    assert line.split()[:7] == ["imu", "601", "12.0", "s", "50", "Hz", "none"]
+    assert details.startswith("imu: gyroscope, accelerometer, magnetometer; gyroscope bias ")
+    assert "µs/sample" in bingham("track", imu, "--no-figure", "-v", "-o", tmp_path / "out").stdout
 
 
 @pytest.mark.parametrize(("reported", "doubted"), [(0.1, False), (0.03, True)])
@@ -154,12 +149,13 @@ def test_a_malformed_recording_ends_in_one_line_and_no_output(bingham, imu, tmp_
     bad = tmp_path / "bad.csv"
     bad.write_text(text)
     before = sorted(tmp_path.iterdir())
-    result = bingham("track", imu, bad, "--no-figure", "-o", tmp_path / "new" / "out")
-    assert result.exit_code == 2
-    assert result.stdout == ""
-    (line,) = result.stderr.splitlines()
-    assert line.startswith(f"bingham: {bad}: {place}")
-    assert sorted(tmp_path.iterdir()) == before
+    for others in ((), (imu, "--fail-fast")):
+        result = bingham("track", bad, *others, "--no-figure", "-o", tmp_path / "new" / "out")
+        assert result.exit_code == 2
+        assert result.stdout == ""
+        (line,) = result.stderr.splitlines()
+        assert line.startswith(f"bingham: {bad}: {place}")
+        assert sorted(tmp_path.iterdir()) == before
 
 
 @pytest.mark.parametrize(
@@ -194,7 +190,7 @@ def test_noise_that_leaves_no_mode_is_named_by_its_option(bingham, tmp_path):
 
 
 def test_tum_of_axes_in_the_plane_is_rejected(bingham, imu, axes_in_plane, tmp_path):
-    result = bingham("track", imu, axes_in_plane, "--tum", "--no-figure", "-o", tmp_path / "out")
+    result = bingham("track", axes_in_plane, "--tum", "--no-figure", "-o", tmp_path / "out")
     assert result.exit_code == 2
     message = f"--tum: expected orientations in space, got {axes_in_plane}, axes in the plane; leave --tum out"
     assert result.stderr == f"bingham: {message}\n"
@@ -210,10 +206,14 @@ def test_options_without_effect_on_any_recording_are_rejected(bingham, imu, axes
     assert bingham("track", axes_in_plane, imu, *given).exit_code == 0
 
 
-def test_two_recordings_of_one_name_are_rejected(bingham, imu, tmp_path):
-    result = bingham("track", imu, imu, "-o", tmp_path / "out")
-    assert result.exit_code == 2
-    assert result.stderr == "bingham: RECORDING: expected files of different names, got imu; run them one by one\n"
+def test_two_recordings_of_one_name_get_their_folders_before_it(bingham, imu, tmp_path):
+    for folder in ("a", "b"):
+        (tmp_path / folder).mkdir()
+        (tmp_path / folder / "walk.npz").write_bytes(imu.read_bytes())
+    given = (tmp_path / "a" / "walk.npz", tmp_path / "b" / "walk.npz", tmp_path / "a" / ".." / "a" / "walk.npz")
+    result = bingham("track", *given, "--no-figure", "--json", "-o", tmp_path / "out")
+    assert result.exit_code == 0, result.stderr
+    assert [row["recording"] for row in json.loads(result.stdout)] == ["a-walk", "b-walk"]
 
 
 @pytest.mark.parametrize("place", ["", "mav0", "mav0/imu0", "mav0/imu0/data.csv"])
@@ -228,7 +228,7 @@ def test_files_of_a_sequence_are_named_after_it(bingham, tmp_path, place):
                      tmp_path / "out")  # fmt: skip
     assert result.exit_code == 0, result.stderr
     written = {path.name for path in (tmp_path / "out").iterdir()}
-    assert written == {f"V1_0{k}.track.{kind}" for k in (1, 2) for kind in ("csv", "npz")}
+    assert written == {f"V1_0{k}.track.{kind}" for k in (1, 2) for kind in ("csv", "npz")} | {"summary.csv"}
 
 
 def test_a_file_in_the_place_of_the_folder_is_rejected(bingham, imu, tmp_path):
@@ -238,11 +238,11 @@ def test_a_file_in_the_place_of_the_folder_is_rejected(bingham, imu, tmp_path):
 
 
 def test_interruption_leaves_nothing_and_exits_with_130(bingham, imu, tmp_path, monkeypatch):
-    def interrupted(path, folder, *_):
+    def interrupted(path, name, folder, *_):
         (folder / "half").write_text("")
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(command, "track_one", interrupted)
+    monkeypatch.setattr(tracking, "_track", interrupted)
     before = sorted(tmp_path.iterdir())
     result = bingham("track", imu, "-o", tmp_path / "out")
     assert result.exit_code == 130

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from bingham import Bingham, BinghamFilter, ImuFilter
 from bingham.atomic import replaced
@@ -84,10 +85,11 @@ def track(size=20):
     }
 
 
-def test_track_csv_states_frame_and_reads_as_orientations(tmp_path):
+def test_track_csv_names_frame_and_reads_as_orientations(tmp_path):
     written = track()
     file = tmp_path / "track.csv"
-    write_track_csv(file, **written)
+    write_track_csv(file, written, fields=["quaternion", "covariance", "concentrations", "evidence", "decision"],
+                    frame="body")  # fmt: skip
     lines = file.read_text().splitlines()
     assert any(line.startswith("#") and "frame: body" in line and "rad^2" in line for line in lines)
     header = next(line for line in lines if not line.startswith("#")).split(",")
@@ -96,23 +98,40 @@ def test_track_csv_states_frame_and_reads_as_orientations(tmp_path):
         *("z1", "z2", "z3", "z4", "log_evidence", "accepted", "reason"),
     ]
     back = read_recording(file)
-    np.testing.assert_array_equal(back.time, written["time"])
-    np.testing.assert_array_equal(back.orientation, written["modes"])
+    np.testing.assert_allclose(back.time, written["time"], rtol=0, atol=5e-10)
+    np.testing.assert_allclose(back.orientation, written["modes"], rtol=0, atol=2e-9)
     second = lines[-19].split(",")
-    assert float(second[6]) == written["covariance"][1, 0, 1]
+    assert float(second[6]) == pytest.approx(written["covariance"][1, 0, 1], rel=1e-7)
+    assert lines[-16].split(",")[5:11] == [""] * 6  # undefined
+    assert {line.rpartition(',"')[2] for line in lines if line.endswith('"')} == {'norm, dip"'}
+
+
+def test_track_csv_of_an_inertial_track_has_angles_and_deviations_in_degrees(tmp_path):
+    recording = simulate_imu(simulate_tumbling(8.0, 50.0, rng=0, rest_s=3.0), rng=1)
+    found = ImuFilter().run(recording)
+    write_track_csv(tmp_path / "a.csv", found)
+    rows = np.genfromtxt(tmp_path / "a.csv", delimiter=",", names=True, skip_header=5)
+    expected = Rotation.from_quat(found.modes, scalar_first=True).as_euler("ZYX", degrees=True)
+    angles = np.column_stack([rows["yaw_deg"], rows["pitch_deg"], rows["roll_deg"]])
+    assert np.max(np.abs((angles - expected + 180) % 360 - 180)) < 1e-5
+    np.testing.assert_allclose(rows["heading_std_deg"], np.degrees(found.heading_std), rtol=1e-5)
+    np.testing.assert_allclose(rows["inclination_std_deg"], np.degrees(found.inclination_std), rtol=1e-5)
+    np.testing.assert_allclose(rows["bias_z_rad_s"], found.bias[:, 2], rtol=1e-6, atol=1e-12)
+    # The signs are the filter's, not made continuous or w ≥ 0.
+    np.testing.assert_allclose(rows["qw"], found.modes[:, 0], rtol=0, atol=6e-10)
 
 
 def test_track_csv_of_axes_says_so(tmp_path):
     file = tmp_path / "axes.csv"
-    z = -200.0  # 200 = 1 / (2 · 0.05²)
+    z = -200.0
     angles = Bingham([z, 0.0], np.eye(2)).rvs(4000, rng=1)
-    write_track_csv(file, time=[0.0, 1.0], modes=np.eye(2), concentrations=[[z, 0.0]] * 2)
-    about = [line for line in file.read_text().splitlines() if line.startswith("#")]
-    assert "axes in the plane" in about[0]
-    assert "quaternion" not in "".join(about)
-    assert about[-1] == "# standard deviation of the angle, where small: 1 / sqrt(-2 z1) rad"
+    write_track_csv(file, {"time": [0.0, 1.0], "modes": np.eye(2), "concentrations": [[z, 0.0]] * 2})
+    lines = file.read_text().splitlines()
+    assert "axes in the plane" in lines[1] and "quaternion" not in file.read_text()
+    assert lines[2] == "time_s,ux,uy,angle_deg,angle_std_deg"
     # A standard deviation of 4000 samples scatters by 1/√8000.
-    assert np.std(np.arcsin(angles[:, 0])) == pytest.approx(1 / np.sqrt(-2 * z), rel=4 / np.sqrt(8000))
+    reported = float(lines[-1].split(",")[-1])
+    assert np.degrees(np.std(np.arcsin(angles[:, 0]))) == pytest.approx(reported, rel=4 / np.sqrt(8000))
 
 
 def test_track_npz_keeps_every_bit(tmp_path):
@@ -143,7 +162,7 @@ def test_tracks_of_wrong_shape_are_rejected(tmp_path):
         {"concentrations": np.zeros((20, 2))},
     ):
         with pytest.raises(InvalidArgumentError, match=next(iter(change))):
-            write_track_csv(file, **(track() | change))
+            write_track_csv(file, track() | change)
     with pytest.raises(InvalidArgumentError, match="matrices"):
         write_track_npz(tmp_path / "t.npz", time=[0.0], modes=[[1, 0, 0, 0]], matrices=np.eye(4))
     assert not list(tmp_path.iterdir())
@@ -279,17 +298,17 @@ def test_tracks_without_an_estimate_at_the_start_come_back(tmp_path):
     copy = read_track(tmp_path / "late.npz")
     np.testing.assert_array_equal(copy["modes"], track.modes)
     np.testing.assert_array_equal(np.isnan(copy["covariance"]).all(axis=(1, 2)), np.arange(r.size) < 20)
-    write_track_csv(
-        tmp_path / "late.csv", time=track.time, modes=track.aligned_modes,
-        covariance=track.covariance(frame="body"), covariance_frame="body",
-    )  # fmt: skip
+    write_track_csv(tmp_path / "late.csv", track, fields=["quaternion", "covariance"], frame="body")
     lines = [line for line in (tmp_path / "late.csv").read_text().splitlines() if not line.startswith("#")]
     assert lines[20].split(",")[1:11] == [""] * 10  # quaternion and covariance
     assert "" not in lines[21].split(",")
 
 
 def test_only_tracks_are_taken_for_tracks(tmp_path):
-    with pytest.raises(InvalidArgumentError, match="a Track or ImuTrack"):
-        write_track_npz(tmp_path / "a.npz", {"modes": [[1.0, 0.0, 0.0, 0.0]]})
+    for write in (write_track_npz, write_track_csv):
+        with pytest.raises(InvalidArgumentError, match="a Track, an ImuTrack"):
+            write(tmp_path / "a.npz", np.eye(4))
+        with pytest.raises(InvalidArgumentError, match="time"):
+            write(tmp_path / "a.npz", {"modes": [[1.0, 0.0, 0.0, 0.0]]})
     with pytest.raises(InvalidArgumentError, match="or a track"):
         write_track_npz(tmp_path / "a.npz", time=[0.0])

@@ -4,29 +4,24 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from bingham.errors import InvalidArgumentError, RecordingError
 
-if TYPE_CHECKING:
-    from bingham.cli.result import Result
-
 __all__ = ["bag_name", "check_bags", "world_covariance", "write_bag"]
 
 FloatArray = NDArray[np.float64]
 
 
-def bag_name(path: Path) -> str:
+def bag_name(path: Path, name: str) -> str:
     """Return what the copy of a bag is called: a file for ROS 1, a folder for ROS 2."""
-    from bingham.cli.reading import name_of
-
-    return f"{name_of(path)}.track" + (".bag" if path.suffix == ".bag" else "")
+    return f"{name}.track" + (".bag" if path.suffix == ".bag" else "")
 
 
-def check_bags(recordings: list[Path], output: Path) -> None:
+def check_bags(recordings: Mapping[str, Path], output: Path) -> None:
     """Reject recordings that are no bags, and copies that would take the place of a recording or of anything else.
 
     Raises
@@ -36,11 +31,11 @@ def check_bags(recordings: list[Path], output: Path) -> None:
     """
     from bingham.io import detect_format
 
-    there = {path.resolve() for path in recordings}
-    for path in recordings:
+    there = {path.resolve() for path in recordings.values()}
+    for name, path in recordings.items():
         if detect_format(path) != "rosbag":
             raise InvalidArgumentError("--bag", "ROS bags only", f"{path}", "leave --bag out")
-        copy = output / bag_name(path)
+        copy = output / bag_name(path, name)
         if copy.resolve() in there:
             raise RecordingError(copy, "", f"the copy of {path} would replace a recording", "choose another --output")
         if copy.is_dir() and not (copy / "metadata.yaml").is_file():
@@ -50,8 +45,9 @@ def check_bags(recordings: list[Path], output: Path) -> None:
 def write_bag(
     folder: Path,
     path: Path,
+    name: str,
     time: FloatArray,
-    result: Result,
+    track: Any,
     reading: Mapping[str, Any],
     topic: str | None,
 ) -> str:
@@ -59,17 +55,17 @@ def write_bag(
     from bingham.io import write_rosbag
 
     write_rosbag(
-        folder / bag_name(path),
+        folder / bag_name(path, name),
         path,
         time=time,
-        orientation=_late(result.modes, len(time)),
-        covariance=_late(world_covariance(result), len(time)),
-        bias=_late(result.more.get("bias"), len(time)),
-        bias_std=_late(result.more.get("bias_std"), len(time)),
+        orientation=_late(track.modes, len(time)),
+        covariance=_late(world_covariance(track), len(time)),
+        bias=_late(getattr(track, "bias", None), len(time)),
+        bias_std=_late(getattr(track, "bias_std", None), len(time)),
         imu_topic=reading.get("imu_topic"),
         topic=topic,
     )
-    return bag_name(path)
+    return bag_name(path, name)
 
 
 def _late(rows: Any, size: int) -> Any:
@@ -79,7 +75,7 @@ def _late(rows: Any, size: int) -> Any:
     return np.concatenate([np.full((size - len(rows), *rows.shape[1:]), np.nan), rows])
 
 
-def world_covariance(result: Result) -> FloatArray:
+def world_covariance(track: Any) -> FloatArray:
     """Return covariances (T, 3, 3), world axes, rad², finite: an angle that may be anything has the variance π²/3.
 
     Where a distribution has no one mode (a girdle: heading unknown; uniform), its covariance about the orientation
@@ -88,9 +84,8 @@ def world_covariance(result: Result) -> FloatArray:
     from bingham.filters.imu_track import UNIFORM_VARIANCE
     from bingham.filters.tangent import covariance_of_distribution
 
-    assert result.covariance is not None  # bags hold rotations
-    covariance = np.array(result.covariance("world"))
+    covariance = np.array(track.covariance(frame="world"))
     for k in np.flatnonzero(np.isnan(covariance[:, 0, 0])):
-        values, axes = np.linalg.eigh(covariance_of_distribution(result.distributions[int(k)]))
+        values, axes = np.linalg.eigh(covariance_of_distribution(track.distributions[int(k)]))
         covariance[k] = axes * np.minimum(values, UNIFORM_VARIANCE) @ axes.T
     return covariance

@@ -3,23 +3,26 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, fields
 from functools import partial
-from typing import TYPE_CHECKING, Any, NamedTuple
+from time import thread_time
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from bingham.errors import InvalidArgumentError, RecordingWarning
 
 if TYPE_CHECKING:
-    from bingham.cli.result import Result
     from bingham.distributions.bingham import Bingham
     from bingham.recording import ImuRecording, OrientationRecording
 
-__all__ = ["FilterOptions", "Prepared", "begun", "note", "prepare"]
+__all__ = ["FilterOptions", "Filtering", "note", "orientation_noise", "pieces_of", "rows_of"]
 
 WARM_UP_SAMPLES = 3
+# Samples that are filtered at once; what a filter says of one takes some 400 bytes. Of a magnetometer the last few of
+# a piece stay "waiting for the next update".
+PIECE = 200_000
 
 
 def note(message: str) -> None:
@@ -64,102 +67,155 @@ class FilterOptions:
             raise InvalidArgumentError("--gate", "a probability in (0, 1]", self.gate, "1 switches the gate off")
 
 
-class Prepared(NamedTuple):
-    """A filter that is ready to run over one recording, and how to read what it returns."""
+class Filtering:
+    """Filters the pieces of one recording, one after the other, each from where the one before ended.
 
-    name: str
-    run: Callable[[], Any]
-    result: Callable[[Any], Result]
+    Parameters
+    ----------
+    options : FilterOptions
+        What the user chose.
+
+    Attributes
+    ----------
+    name : str
+        Of the filter.
+    seconds : float
+        Processor time that it took.
+    """
+
+    def __init__(self, options: FilterOptions) -> None:
+        self.options = options
+        self.name = ""
+        self.seconds = 0.0
+        self._run: Callable[[Any], Any] | None = None
+        self._waited: tuple[int, float] | None = None
+
+    def run(self, piece: ImuRecording | OrientationRecording) -> tuple[Any, Any]:
+        """Return the part of a piece that has an estimate, and its track; (None, None) if there is no such part."""
+        if self._run is None:
+            started = self._started(piece)
+            if started is None:
+                return None, None
+            piece = started
+            self._run = self._prepared(piece)
+        before = thread_time()
+        track = self._run(piece)
+        self.seconds += thread_time() - before
+        return piece, track
+
+    def finish(self, name: str) -> None:
+        """Raise an error if there was nothing to start with; say what was left out at the beginning."""
+        if self._run is None:
+            got = f"{name} without one"
+            hint = "gravity shows where up is; is it called by another name? --plain follows the gyroscope alone"
+            raise InvalidArgumentError("RECORDING", "at least one accelerometer sample", got, hint)
+        if self._waited is not None:
+            left = f"{self._waited[0]} samples, {self._waited[1]:.3g} s, left out"
+            note(f"{name}: no orientation before the first accelerometer sample: {left}")
+
+    def _started(self, piece: Any) -> Any:
+        """Return a piece from the sample on that the filter can start with: the accelerometer's first."""
+        from bingham.recording import ImuRecording
+
+        if not isinstance(piece, ImuRecording) or self.options.plain:
+            if self.options.plain and self.options.smooth:
+                raise InvalidArgumentError("--smooth", "the filter with bias", "--plain", "leave one of the two out")
+            if isinstance(piece, ImuRecording) and piece.accelerometer is None:
+                note(f"{piece.name}: no accelerometer: turns are followed from a start that nothing shows")
+            return piece
+        force = piece.accelerometer
+        known = np.zeros(0, dtype=np.int64) if force is None else np.flatnonzero(np.isfinite(force[:, 0]))
+        first = int(known[0]) if len(known) else piece.size
+        if first:
+            count, seconds = self._waited or (0, 0.0)
+            end = piece.time[min(first, piece.size - 1)]
+            self._waited = (count + first, seconds + float(end - piece.time[0]))
+        return rows_of(piece, slice(first, None)) if first < piece.size else None
+
+    def _prepared(self, first: Any) -> Callable[[Any], Any]:
+        """Return the filter for this kind of recording, its compiled code loaded so that timing it times it alone."""
+        from bingham.recording import ImuRecording
+
+        if not isinstance(first, ImuRecording):
+            return self._orientations(first)
+        return self._plain_inertial(first) if self.options.plain else self._inertial(first)
+
+    def _inertial(self, first: ImuRecording) -> Callable[[Any], Any]:
+        from bingham.filters.imu import ImuFilter
+
+        filter_ = ImuFilter()
+        smooth = self.options.smooth
+        self.name = "imu, smoothed" if smooth else "imu"
+        (filter_.smooth if smooth else filter_.run)(rows_of(first, slice(0, WARM_UP_SAMPLES)))
+        state: Any = None
+
+        def run(piece: ImuRecording) -> Any:
+            nonlocal state
+            track = filter_.smooth(piece) if smooth else filter_.run(piece, state=state)
+            state = track.final
+            return track
+
+        return run
+
+    def _plain_inertial(self, first: ImuRecording) -> Callable[[Any], Any]:
+        from bingham.filters.inertial import InertialFilter
+
+        filter_ = InertialFilter()
+        self.name = "inertial, plain"
+        filter_.run(rows_of(first, slice(0, WARM_UP_SAMPLES)))
+        state: Any = None
+
+        def run(piece: ImuRecording) -> Any:
+            nonlocal state
+            track = filter_.run(piece, prior=state)
+            state = track.state
+            return track
+
+        return run
+
+    def _orientations(self, recording: OrientationRecording) -> Callable[[Any], Any]:
+        from bingham.distributions.bingham import Bingham
+        from bingham.filters.first_order import BinghamFilter
+        from bingham.filters.gate import Gate
+        from bingham.filters.smoother import smooth_fixed_interval
+        from bingham.models.diffusion import Diffusion
+        from bingham.models.sensors import OrientationSensor
+
+        options = self.options
+        self.name = "first-order, smoothed" if options.smooth else "first-order"
+        noise = orientation_noise("--measurement-noise", options.measurement_noise, recording.dim)
+        filter_ = BinghamFilter(
+            Diffusion(options.process_noise, recording.dim),
+            OrientationSensor(noise),
+            gate=Gate(options.gate) if options.gate < 1 else None,
+        )
+        prior = Bingham.uniform(recording.dim)
+        run = partial(smooth_fixed_interval, filter_) if options.smooth else filter_.run
+        start = slice(0, WARM_UP_SAMPLES)
+        run(prior, recording.orientation[start], times=recording.time[start])
+        return lambda whole: run(prior, whole.orientation, times=whole.time)
 
 
-def prepare(recording: ImuRecording | OrientationRecording, options: FilterOptions) -> Prepared:
-    """Return the filter for a recording, its compiled code loaded, so that timing it times the filter alone."""
+def pieces_of(recording: Any, options: FilterOptions) -> Iterator[Any]:
+    """Yield a recording in pieces, so that what a filter says of it need not be in memory at once."""
     from bingham.recording import ImuRecording
 
-    if not isinstance(recording, ImuRecording):
-        return _orientations(recording, options)
-    if options.plain:
-        if options.smooth:
-            raise InvalidArgumentError("--smooth", "the filter with bias", "--plain", "leave one of the two out")
-        if recording.accelerometer is None:
-            note(f"{recording.name}: no accelerometer: turns are followed from a start that nothing shows")
-        return _plain_inertial(recording)
-    if recording.accelerometer is None or not np.isfinite(recording.accelerometer).any():
-        got = f"{recording.name} without one"
-        hint = "gravity shows where up is; is it called by another name? --plain follows the gyroscope alone"
-        raise InvalidArgumentError("RECORDING", "at least one accelerometer sample", got, hint)
-    return _inertial(recording, options.smooth)
+    whole = options.smooth or options.plain or not isinstance(recording, ImuRecording)
+    size = recording.size if whole else PIECE
+    for first in range(0, recording.size, size):
+        yield recording if size >= recording.size else rows_of(recording, slice(first, first + size))
 
 
-def begun(recording: ImuRecording | OrientationRecording, options: FilterOptions) -> Any:
-    """Return the recording from the sample on that the filter can start with: the accelerometer's first."""
-    from bingham.recording import ImuRecording
-
-    if options.plain or not isinstance(recording, ImuRecording) or recording.accelerometer is None:
-        return recording
-    first = int(np.argmax(np.isfinite(recording.accelerometer[:, 0])))
-    if not first:
-        return recording
-    left = f"{first} samples, {recording.time[first] - recording.time[0]:.3g} s, left out"
-    note(f"{recording.name}: no orientation before the first accelerometer sample: {left}")
-    return _rows(recording, slice(first, None), truth=recording.truth)
-
-
-def _inertial(recording: ImuRecording, smooth: bool) -> Prepared:
-    from bingham.cli.result import of_imu_track
-    from bingham.filters.imu import ImuFilter
-
-    filter_ = ImuFilter()
-    run = filter_.smooth if smooth else filter_.run
-    run(_start(recording))
-    return Prepared("imu, smoothed" if smooth else "imu", lambda: run(recording), of_imu_track)
-
-
-def _plain_inertial(recording: ImuRecording) -> Prepared:
-    from bingham.cli.result import of_track
-    from bingham.filters.inertial import InertialFilter
-
-    filter_ = InertialFilter()
-    filter_.run(_start(recording))
-    return Prepared("inertial, plain", lambda: filter_.run(recording), of_track)
-
-
-def _start(recording: ImuRecording) -> ImuRecording:
-    """Return the first samples of a recording, up to one with the accelerometer."""
-    known = np.zeros(1) if recording.accelerometer is None else np.isfinite(recording.accelerometer[:, 0])
-    return _rows(recording, slice(0, max(WARM_UP_SAMPLES, int(np.argmax(known)) + 1)), truth=None)
-
-
-def _rows(recording: ImuRecording, count: slice, truth: OrientationRecording | None) -> ImuRecording:
-    from bingham.recording import amended
-
-    fields = ("time", "gyroscope", "accelerometer", "magnetometer", "reference", "score")
-    values = {name: getattr(recording, name) for name in fields}
-    return amended(recording, truth=truth, **{k: None if v is None else v[count] for k, v in values.items()})
-
-
-def _orientations(recording: OrientationRecording, options: FilterOptions) -> Prepared:
-    from bingham.cli.result import of_track
-    from bingham.distributions.bingham import Bingham
-    from bingham.filters.first_order import BinghamFilter
-    from bingham.filters.gate import Gate
-    from bingham.filters.smoother import smooth_fixed_interval
-    from bingham.models.diffusion import Diffusion
-    from bingham.models.sensors import OrientationSensor
-
-    filter_ = BinghamFilter(
-        Diffusion(options.process_noise, recording.dim),
-        OrientationSensor(orientation_noise("--measurement-noise", options.measurement_noise, recording.dim)),
-        gate=Gate(options.gate) if options.gate < 1 else None,
-    )
-    prior = Bingham.uniform(recording.dim)
-
-    def run(count: int | None = None) -> Any:
-        filter_or_smooth = partial(smooth_fixed_interval, filter_) if options.smooth else filter_.run
-        return filter_or_smooth(prior, recording.orientation[:count], times=recording.time[:count])
-
-    run(WARM_UP_SAMPLES)
-    return Prepared("first-order, smoothed" if options.smooth else "first-order", run, of_track)
+def rows_of(value: Any, rows: slice) -> Any:
+    """Return some rows of a recording or track; they need no checks, the whole has passed them."""
+    if hasattr(value, "__getitem__"):
+        return value[rows]
+    part = object.__new__(type(value))
+    for field in fields(value):
+        content = getattr(value, field.name)
+        by_row = isinstance(content, np.ndarray) and content.ndim and len(content) == len(value.time)
+        object.__setattr__(part, field.name, content[rows] if by_row else content)
+    return part
 
 
 def orientation_noise(option: str, deviation_rad: float, dim: int) -> Bingham:

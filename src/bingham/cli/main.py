@@ -15,7 +15,7 @@ from typer.core import TyperGroup
 
 from bingham import __version__, atomic
 from bingham.cli.ending import Terminated, ending_in_order
-from bingham.cli.terminal import discard_output, open_streams, say, say_error
+from bingham.cli.terminal import discard_output, open_streams, say, say_error, unexpected
 from bingham.errors import BinghamError
 
 __all__ = ["COMMANDS", "app", "main"]
@@ -30,6 +30,10 @@ COMMANDS = [
     "reproduce",
     "doctor",
 ]
+
+
+# What typer raises for wrong options and prints itself: click's ClickException, wherever a version keeps it.
+WRONG_USE: type[Exception] = typer.BadParameter.__mro__[2]
 
 
 class Commands(TyperGroup):
@@ -49,8 +53,13 @@ class Commands(TyperGroup):
                 number = getattr(end, "number", 2)
                 say_error(f"{'interrupted' if number == 2 else 'terminated'}; {_written()}")
                 raise typer.Exit(128 + number) from None
+            except (typer.Exit, typer.Abort, WRONG_USE, OSError):
+                raise
             except MemoryError:
                 say_error("not enough memory; give smaller recordings, or close other programs")
+                raise typer.Exit(2) from None
+            except Exception as error:
+                say_error(unexpected(error))
                 raise typer.Exit(2) from None
 
 

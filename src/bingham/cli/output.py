@@ -1,60 +1,131 @@
-"""The files of a track: CSV to look at, npz to go on from, TUM for other programs, a figure."""
+"""The files of a track, written piece by piece: tables to look at, npz to go on from; TUM and a figure at the end."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from contextlib import ExitStack
+from dataclasses import fields, is_dataclass, replace
 from math import degrees
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
 
 if TYPE_CHECKING:
     from bingham.cli.report import Truth
-    from bingham.cli.result import Result
     from bingham.recording import ImuRecording, OrientationRecording
 
-__all__ = ["draw_track", "write_track"]
+__all__ = ["Files", "Outputs", "draw_track", "joined", "write_tum_of"]
 
 
-def write_track(
-    folder: Path,
-    recording: ImuRecording | OrientationRecording,
-    result: Result,
-    *,
-    frame: Literal["body", "world"],
-    tum: bool,
-) -> list[str]:
-    """Write the files of a track and return their names; planar ones have no covariance, and never `tum`."""
-    from bingham.io import write_track_csv, write_track_npz, write_tum
-    from bingham.rotations import align_signs
+class Outputs(NamedTuple):
+    """Which files a track gets and what is in them."""
 
-    name, distributions = recording.name, result.distributions
-    both: dict[str, Any] = {
-        "time": recording.time,
-        "concentrations": distributions.z,
-        "log_evidence": result.log_evidence,
-        "accepted": result.accepted,
+    csv: bool = True
+    npz: bool = True
+    parquet: bool = False
+    figure: bool = True
+    tum: bool = False
+    bag: bool = False
+    fields: tuple[str, ...] | None = None
+    frame: str = "body"
+    single: bool = False
+
+
+class Files:
+    """The files of one track that grow piece by piece.
+
+    Parameters
+    ----------
+    folder : Path
+        Where they are written.
+    name : str
+        Of the recording.
+    outputs : Outputs
+        Which ones.
+    """
+
+    def __init__(self, folder: Path, name: str, outputs: Outputs) -> None:
+        from bingham.io.track_csv import CsvTable, ParquetTable
+        from bingham.io.track_npz import NpzArchive
+
+        self.names: list[str] = []
+        self._outputs = outputs
+        self._stack = ExitStack()
+        self._tables: list[Any] = []
+        self._archive: Any = None
+        self._whole: dict[str, Any] = {}
+        if outputs.csv:
+            self.names.append(f"{name}.track.csv")
+            self._tables.append(self._stack.enter_context(CsvTable.open(folder / self.names[-1], outputs.frame)))
+        if outputs.parquet:
+            self.names.append(f"{name}.track.parquet")
+            table = ParquetTable(folder / self.names[-1], outputs.frame, single=outputs.single)
+            self._stack.callback(table.close)
+            self._tables.append(table)
+        if outputs.npz:
+            self.names.append(f"{name}.track.npz")
+            self._archive = NpzArchive(folder / self.names[-1])
+
+    def append(self, time: Any, track: Any) -> None:
+        """Write a piece of the track."""
+        from bingham.io.track_fields import content_of, table
+        from bingham.io.track_npz import reduced
+
+        content = content_of(track) | {"time": time}
+        if self._tables:
+            columns = table(content, self._outputs.fields, self._outputs.frame)
+            for each in self._tables:
+                each.append(columns)
+        if self._archive is not None:
+            stored = reduced(content, single=self._outputs.single)
+            rows = {k: v for k, v in stored.items() if isinstance(v, np.ndarray) and v.ndim and len(v) == len(time)}
+            self._archive.append(rows)
+            self._whole = {name: value for name, value in stored.items() if name not in rows} | _state_of(track)
+
+    def close(self) -> None:
+        """Write what belongs at the ends."""
+        from bingham.io.track import TRACK
+
+        self._stack.close()
+        if self._archive is not None:
+            self._archive.close({"format": TRACK, "covariance_frame": self._outputs.frame} | self._whole)
+
+
+def _state_of(track: Any) -> dict[str, Any]:
+    """Return the state to go on from, of filters whose state is a distribution."""
+    if not hasattr(track.final, "z"):
+        return {}
+    state = getattr(track, "state", None)
+    rest = {f.name: getattr(state, f.name) for f in fields(state)} if is_dataclass(state) else {}
+    plain = {f"state_{k}": v for k, v in rest.items() if isinstance(v, (int, float, np.ndarray))}
+    return {"state_z": track.final.z, "state_M": track.final.M, **plain}
+
+
+def joined(pieces: Sequence[Any]) -> Any:
+    """Return pieces of a track as one."""
+    if len(pieces) == 1:
+        return pieces[0]
+    last = pieces[-1]
+    arrays = {
+        field.name: np.concatenate([getattr(piece, field.name) for piece in pieces])
+        for field in fields(last)
+        if isinstance(value := getattr(last, field.name), np.ndarray) and value.ndim and len(value) == len(last)
     }
-    if result.covariance is not None:
-        both |= {"covariance": result.covariance(frame), "covariance_frame": frame}
-    unbroken = align_signs(result.modes)
-    written = [f"{name}.track.csv", f"{name}.track.npz"]
-    write_track_csv(folder / written[0], modes=unbroken, reason=result.reasons, **both)
-    write_track_npz(
-        folder / written[1],
-        modes=result.modes,
-        matrices=distributions.matrix,
-        frames=distributions.M,
-        **both,
-        **result.more,
-    )
-    if tum:
-        written.append(f"{name}.tum.txt")
-        position = getattr(recording, "position", None)
-        write_tum(folder / written[-1], time=recording.time, orientation=unbroken, position=position)
-    return written
+    return replace(last, **arrays)
+
+
+def write_tum_of(folder: Path, recording: Any, time: Any, track: Any) -> str:
+    """Write a TUM trajectory and return its file's name."""
+    from bingham.io import write_tum
+
+    name = f"{recording.name}.tum.txt"
+    write_tum(folder / name, time=time, orientation=track.modes, position=getattr(recording, "position", None))
+    return name
 
 
 def draw_track(
-    folder: Path, recording: ImuRecording | OrientationRecording, result: Result, truth: Truth | None
+    folder: Path, recording: ImuRecording | OrientationRecording, time: Any, track: Any, truth: Truth | None
 ) -> str:
     """Draw the figure of a track and return its file's name."""
     from bingham.plot.planar_track import plot_planar_track
@@ -68,15 +139,16 @@ def draw_track(
         "measured": None if inertial else recording.orientation,
         "title": recording.name,
     }
-    if result.covariance is None:
-        figure = plot_planar_track(recording.time, result.distributions, **shown)
+    distributions = track.distributions
+    if track.modes.shape[1] == 2:
+        figure = plot_planar_track(time, distributions, **shown)
     else:
         if inertial:
             shown["world"] = ("east", "north", "up") if recording.magnetometer is not None else ("x", "y", "up")
         if truth is not None and truth.heading_offset_rad is not None:
-            turn = degrees(truth.heading_offset_rad)
-            shown["note"] = f"no magnetometer: the truth is rotated by {turn:.1f}° about the vertical to suit"
-        figure = plot_track(recording.time, result.distributions, covariance=result.covariance("world"), **shown)
+            angle = degrees(truth.heading_offset_rad)
+            shown["note"] = f"no magnetometer: the truth is rotated by {angle:.1f}° about the vertical to suit"
+        figure = plot_track(time, distributions, covariance=track.covariance(frame="world"), **shown)
     name = f"{recording.name}.png"
     figure.savefig(folder / name, dpi=150)
     return name

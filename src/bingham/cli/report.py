@@ -10,13 +10,17 @@ from numpy.typing import NDArray
 from rich.console import Console
 from rich.table import Table
 
+from bingham.cli.terminal import clean
+
 if TYPE_CHECKING:
-    from bingham.cli.result import Result
     from bingham.recording import ImuRecording, OrientationRecording
 
 __all__ = ["Truth", "errors_deg", "print_table", "truth_of"]
 
 FloatArray = NDArray[np.float64]
+
+# Recordings of which details are printed, too.
+DETAILED = 10
 
 # Beyond this share of orientations rejected, the reported noise is in question rather than the measurements.
 DOUBTFUL_REJECTED = 0.1
@@ -33,7 +37,7 @@ class Truth(NamedTuple):
     heading_offset_rad: float | None
 
 
-def truth_of(recording: ImuRecording | OrientationRecording, result: Result) -> Truth | None:
+def truth_of(recording: ImuRecording | OrientationRecording, modes: FloatArray) -> Truth | None:
     """Return the truth that a recording brings, against the axes of the track, or None.
 
     Truth on a clock of its own is interpolated, but not over gaps. An inertial recording without magnetometer knows no
@@ -58,7 +62,7 @@ def truth_of(recording: ImuRecording | OrientationRecording, result: Result) -> 
     orientation = _compose_known(TO_ENU[recording.earth_frame], orientation)
     if recording.magnetometer is not None:
         return Truth(orientation, scored, None)
-    offset = heading_offset(result.modes[scored], orientation[scored])
+    offset = heading_offset(modes[scored], orientation[scored])
     turn = from_rotation_vector([0.0, 0.0, offset])
     return Truth(_compose_known(turn, orientation), scored, offset)
 
@@ -99,44 +103,72 @@ def errors_deg(estimate: FloatArray, truth: Truth) -> dict[str, float]:
     return {f"{name}_rmse": float(np.degrees(value)) for name, value in rmse._asdict().items()}
 
 
-def print_table(rows: Sequence[dict[str, Any]]) -> None:
-    """Print one line a recording."""
-    console = Console()
+def print_table(rows: Sequence[dict[str, Any]], *, verbose: bool = False) -> None:
+    """Print a line for each recording, then what was read of it and what is doubtful."""
+    console = Console(markup=False, highlight=False)
     if not console.is_terminal:
-        console.width = 160  # a pipe has no width; wrapped cells would be of no use to whoever reads it
+        console.width = 200  # a pipe has no width; wrapped cells would be of no use to whoever reads it
+    compared = any("error_deg" in row for row in rows)
+    beside = any("measured_error_deg" in row for row in rows)
     table = Table(box=None, header_style="bold", pad_edge=False)
     table.add_column("recording")
-    for heading in ("samples", "duration", "µs/sample", "rejected"):
-        table.add_column(heading, justify="right")
-    compared = any("error_deg" in row for row in rows)
-    for heading in ("total", "heading", "inclination") if compared else ():
-        table.add_column(heading, justify="right")
-    beside = any("measured_error_deg" in row for row in rows)
-    if beside:
-        table.add_column("measured total", justify="right")
+    headings = ["samples", "duration", "rate", "gaps", *["µs/sample"] * verbose, "rejected"]
+    headings += ["heading ±", "inclination ±"] if any(_widths(row) for row in rows) else ["angle ±"]
+    headings += ["total", "heading", "inclination"] * compared + ["measured total"] * beside
+    for heading in headings:
+        table.add_column(heading, justify="right", no_wrap=True)
     for row in rows:
-        cells = [
-            row["recording"],
-            str(row["samples"]),
-            f"{row['duration_s']:.1f} s",
-            f"{row['us_per_sample']:.2f}",
-            f"{100 * row['rejected'] / row['samples']:.1f} %",
-        ]
+        cells = [clean(row["recording"]), str(row["samples"]), f"{row['duration_s']:.1f} s"]
+        cells += [f"{row['rate_hz']:.4g} Hz" if row["rate_hz"] else "–", _gaps(row["gaps"])]
+        if verbose:
+            cells.append(_or_dash(row.get("us_per_sample"), "{:.2f}"))
+        cells.append(f"{100 * row['rejected'] / row['samples']:.1f} %")
+        median = row["median_deviation_deg"]
+        names = ("heading", "inclination") if "heading ±" in headings else ("angle",)
+        cells += [_or_dash(median.get(name), "{:.2f}°") for name in names]
         errors, raw = row.get("error_deg", {}), row.get("measured_error_deg", {})
         shown = [errors.get(f"{name}_rmse") for name in ("total", "heading", "inclination") if compared]
         shown += [raw.get("total_rmse")] if beside else []
-        cells += ["–" if value is None else f"{value:.2f}°" for value in shown]
-        table.add_row(*cells)
+        table.add_row(*cells, *[_or_dash(value, "{:.2f}°") for value in shown])
     console.print(table)
+    if len(rows) <= DETAILED:
+        for row in rows:
+            console.print(f"{clean(row['recording'])}: {_details(row)}")
+    console.print("±: median reported standard deviation.", style="dim")
     if compared:
         console.print("Errors: root mean square against the recording's ground truth.", style="dim")
     if doubtful := [row["recording"] for row in rows if _noise_in_doubt(row)]:
         names = ", ".join(doubtful)
         note = f"Over 10 % rejected: {names}. Larger --measurement-noise or --process-noise? --gate 1 rejects none."
-        console.print(note, highlight=False)
+        console.print(clean(note))
     if rotated := [row["recording"] for row in rows if "heading_offset_rad" in row]:
         note = f"No magnetometer: truth rotated about the vertical by one angle to suit: {', '.join(rotated)}."
-        console.print(note, style="dim", highlight=False)
+        console.print(clean(note), style="dim")
+
+
+def _widths(row: dict[str, Any]) -> bool:
+    return "heading" in row["median_deviation_deg"]
+
+
+def _or_dash(value: float | None, form: str) -> str:
+    return "–" if value is None else form.format(value)
+
+
+def _gaps(gaps: dict[str, Any]) -> str:
+    return f"{gaps['count']}, up to {gaps['longest_s']:.3g} s" if gaps["count"] else "none"
+
+
+def _details(row: dict[str, Any]) -> str:
+    """Return sensors read, bias found, deviations at the end and warnings."""
+    said = [", ".join(row["sensors"])]
+    if bias := row.get("bias_deg_s"):
+        width = max(row["bias_std_deg_s"].values())
+        said.append(f"gyroscope bias {', '.join(f'{bias[a]:.3f}' for a in 'xyz')} °/s (± {width:.2g})")
+    final = [f"{name} ± {value:.2f}°" for name, value in row["final_deviation_deg"].items() if value is not None]
+    said += [f"at the end {', '.join(final)}"] if final else []
+    if row.get("warnings"):
+        said.append(f"{len(row['warnings'])} warning{'s' * (len(row['warnings']) > 1)}")
+    return "; ".join(said)
 
 
 def _noise_in_doubt(row: dict[str, Any]) -> bool:

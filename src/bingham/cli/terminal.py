@@ -12,7 +12,7 @@ from collections.abc import Generator
 from contextlib import contextmanager
 from typing import Any
 
-__all__ = ["clean", "discard_output", "open_streams", "print_json", "progress_bar", "say", "say_error"]
+__all__ = ["clean", "discard_output", "open_streams", "print_json", "progress_bar", "say", "say_error", "unexpected"]
 
 # What stands for signs that a terminal does not have.
 ASCII = {
@@ -68,6 +68,14 @@ def say_error(text: str) -> None:
     with contextlib.suppress(OSError, ValueError):
         sys.stderr.write(f"bingham: {clean(text)}\n")
         sys.stderr.flush()
+
+
+def unexpected(error: Exception) -> str:
+    """Return a line about an error that nobody has foreseen; BINGHAM_TRACEBACK=1 lets it pass instead."""
+    if os.environ.get("BINGHAM_TRACEBACK"):
+        raise error
+    what = " ".join(str(error).split())[:300]
+    return f"unexpected {type(error).__name__}: {what}; please report it; BINGHAM_TRACEBACK=1 shows where"
 
 
 def print_json(value: Any) -> None:

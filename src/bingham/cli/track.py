@@ -2,21 +2,16 @@
 
 from __future__ import annotations
 
+import glob
 import itertools
-import json
-import sys
-from collections.abc import Iterator
 from enum import StrEnum
 from pathlib import Path
-from time import perf_counter, thread_time
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any
 
 import typer
 
+from bingham.cli.terminal import print_json, progress_bar, say, say_error
 from bingham.errors import InvalidArgumentError
-
-if TYPE_CHECKING:
-    from bingham.cli.filtering import FilterOptions
 
 __all__ = ["Frame", "register"]
 
@@ -35,12 +30,15 @@ Examples:
 
     bingham track phone.csv --column gx="Gyro X" --unit gyroscope=deg_s -o tracks
 
+    bingham track recordings/ --jobs 4 -o tracks
+
     bingham track camera.txt --measurement-noise 0.02 --process-noise 0.5 --tum -o tracks
 """
 
 
-# Options without effect on inertial recordings.
+# Options without effect on inertial recordings, and on those of orientations.
 OF_ORIENTATIONS = ("process_noise", "measurement_noise", "gate")
+OF_INERTIAL = ("plain",)
 
 
 class Frame(StrEnum):
@@ -50,19 +48,6 @@ class Frame(StrEnum):
     world = "world"
 
 
-class Settings(NamedTuple):
-    """What to do with every recording."""
-
-    format: str | None
-    reading: dict[str, Any]
-    filtering: FilterOptions
-    frame: Frame
-    tum: bool
-    bag: bool
-    orientation_topic: str | None
-    figure: bool
-
-
 def register(app: typer.Typer) -> None:
     """Add the command to the application."""
     app.command(epilog=EXAMPLES)(track)
@@ -70,23 +55,42 @@ def register(app: typer.Typer) -> None:
 
 def track(
     context: typer.Context,
-    recordings: list[Path] = typer.Argument(
+    recordings: list[str] = typer.Argument(
         ...,
         metavar="RECORDING",
         help="CSV with named columns, TUM, EuRoC, BROAD .mat/.hdf5, npz, ROS 1 or 2 bag; recognised by content. "
-        "- alone follows standard input.",
+        "Folders and patterns stand for all recordings in them. - alone follows standard input.",
         show_default=False,
     ),
     output: Path | None = typer.Option(
         None, "--output", "-o", metavar="FOLDER", help="Where tracks and figures go.", show_default=False
     ),
     as_json: bool = typer.Option(False, "--json", help="Print JSON on standard output: an object, or a list."),
+    verbose: bool = typer.Option(False, "--verbose", "-v", help="Tell the filter's time for a sample, too."),
+    fields: str | None = typer.Option(
+        None,
+        metavar="A,B,...",
+        help="Columns of CSV and Parquet: quaternion, euler, deviation, bias, bias_std, covariance, concentrations, "
+        "evidence, rest, decision; the first four, those there are, unless given.",
+    ),
+    csv: bool = typer.Option(True, help="Write NAME.track.csv."),
+    npz: bool = typer.Option(True, help="Write NAME.track.npz."),
+    parquet: bool = typer.Option(False, "--parquet", help="Write NAME.track.parquet; needs pyarrow."),
+    float32: bool = typer.Option(False, "--float32", help="Numbers in npz and Parquet of half the size; not times."),
     frame: Frame = typer.Option(Frame.body, help="Axes of the covariances, named in the files."),
     tum: bool = typer.Option(False, "--tum", help="Write TUM trajectories too."),
     bag: bool = typer.Option(
         False, "--bag", help="Bags: write a copy with orientation and covariance as a further topic, sensor_msgs/Imu."
     ),
     figure: bool = typer.Option(True, help="Draw a figure of each track."),
+    jobs: int = typer.Option(1, min=1, help="Several recordings: processes on this machine."),
+    scheduler: str | None = typer.Option(
+        None, metavar="ADDRESS", help="Several recordings: Dask scheduler whose workers track them, in place of --jobs."
+    ),
+    fail_fast: bool = typer.Option(
+        False, "--fail-fast", help="Several recordings: end at the first that cannot be tracked, with nothing written."
+    ),
+    fresh: bool = typer.Option(False, "--fresh", help="Several recordings: track again what is done already."),
     process_noise: float = typer.Option(
         0.3, metavar="RAD/√S", help="Orientations: how fast the body turns; higher follows faster, smooths less."
     ),
@@ -112,27 +116,31 @@ def track(
 ) -> None:
     """Filter recordings of an IMU, or of noisy orientations, into orientations with uncertainty.
 
-    Writes, for every recording, NAME.track.csv (time, quaternion, covariance, concentrations, log-evidence, decisions
-    of the gate), NAME.track.npz (the full state) and NAME.png into the folder: all of them, or none if anything fails.
-    Tracks are compared with ground truth where a recording has it. µs/sample is processor time of the filter alone.
-    With --bag a ROS bag comes back as NAME.track (ROS 2) or NAME.track.bag (ROS 1), its topics untouched.
+    Writes, for every recording, NAME.track.csv (time, quaternion, Euler angles, deviations of heading and inclination,
+    gyroscope bias), NAME.track.npz (every bit, the state to go on from) and NAME.png into the folder: all of them, or
+    none if it cannot be tracked. Tracks are compared with ground truth where a recording has it. With --bag a ROS bag
+    comes back as NAME.track (ROS 2) or NAME.track.bag (ROS 1), its topics untouched.
+
+    Of several recordings each one's files appear as it is finished, and summary.csv lists all; those that cannot be
+    tracked are named at the end (exit code 1). The same command again passes over what is done and unchanged.
 
     With - in place of recordings, lines "gyr|acc|mag TIME X Y Z" (rad/s, m/s²) are read from standard input and each is
     answered by a line of JSON; lines that make no sense are reported, skipped and counted.
     """
-    from bingham.atomic import staged
     from bingham.cli.filtering import FilterOptions
     from bingham.cli.first_use import announce_compilation
     from bingham.cli.given import given_options, reject_options
-    from bingham.cli.reading import name_of, options
-    from bingham.cli.report import print_table
+    from bingham.cli.many import expanded, named
+    from bingham.cli.output import Outputs
+    from bingham.cli.reading import options
+    from bingham.cli.tracking import Settings
 
     given = given_options(context)
-    if "-" in map(str, recordings):
+    if "-" in recordings:
         from bingham.cli.stream import track_stream
 
         if len(recordings) > 1:
-            raise InvalidArgumentError("RECORDING", "- alone", " ".join(map(str, recordings)))
+            raise InvalidArgumentError("RECORDING", "- alone", " ".join(recordings))
         options_of_files = tuple(given.keys() - {"recordings", "state"})
         reject_options(given, options_of_files, "recordings in files", "- (standard input, which only takes --state)")
         announce_compilation()
@@ -146,106 +154,122 @@ def track(
     orientation_topic = reading.pop("orientation_topic", None)
     if orientation_topic is not None and not bag:
         raise InvalidArgumentError("--topic", "--bag beside orientation=", orientation_topic)
+    chosen = None if fields is None else tuple(name.strip() for name in fields.split(","))
+    _check_fields(chosen)
+    if not (csv or npz or parquet or tum or bag or figure):
+        raise InvalidArgumentError("--no-npz", "something to write", "none of the files", "leave one --no-… out")
     settings = Settings(
         format=format,
         reading=reading,
         filtering=FilterOptions(process_noise, measurement_noise, gate, plain, smooth),
-        frame=frame,
-        tum=tum,
-        bag=bag,
+        outputs=Outputs(csv, npz, parquet, figure, tum, bag, chosen, frame.value, float32),
         orientation_topic=orientation_topic,
-        figure=figure,
     )
-    names = [name_of(path) for path in recordings]
-    if repeated := sorted({name for name in names if names.count(name) > 1}):
-        raise InvalidArgumentError("RECORDING", "files of different names", repeated[0], "run them one by one")
+    found = named(expanded(recordings))
     if bag:
         from bingham.cli.bag import check_bags
 
-        check_bags(recordings, output)
+        check_bags(found, output)
+    if scheduler is not None:
+        reject_options(given, ("jobs",), "no --scheduler, whose workers do the runs", scheduler)
     announce_compilation()
-    with staged(output) as folder:
-        rows = [track_one(path, folder, settings, step) for path, step in progress(recordings, 5 if figure else 4)]
-        if not any(row["filter"].startswith("first-order") for row in rows):
+    if len(found) == 1 and len(recordings) == 1 and not glob.has_magic(recordings[0]):
+        reject_options(given, ("jobs", "scheduler", "fail_fast", "fresh"), "several recordings", recordings[0])
+        ((name, path),) = found.items()
+        rows = [_track_alone(path, name, output, settings, given)]
+        _report(rows, output, as_json=as_json, verbose=verbose, alone=True)
+        return
+    rows, errors = _track_all(found, output, settings, jobs, scheduler, fail_fast, fresh)
+    kinds = [row["filter"].startswith("first-order") for row in rows]
+    if rows and not any(kinds):
+        _without_effect(given, OF_ORIENTATIONS, "orientations")
+    if rows and all(kinds):
+        _without_effect(given, OF_INERTIAL, "an inertial sensor")
+    _report(rows, output, as_json=as_json, verbose=verbose, alone=False)
+    if errors:
+        say_error(f"{len(errors)} of {len(found)} recordings could not be tracked:")
+        for error in errors.values():
+            say_error(error)
+        raise typer.Exit(1)
+
+
+def _track_alone(path: Path, name: str, output: Path, settings: Any, given: dict[str, str]) -> dict[str, Any]:
+    """Track one recording; an option that would do nothing for its kind is a mistake."""
+    from bingham.cli.tracking import track_one
+
+    def check(orientations: bool) -> None:
+        from bingham.cli.given import reject_options
+
+        if orientations:
+            reject_options(given, OF_INERTIAL, "an inertial recording", "orientations alone")
+        else:
             reject_options(given, OF_ORIENTATIONS, "a recording of orientations", "inertial ones alone")
-        elif plain and all(row["filter"].startswith("first-order") for row in rows):
-            reject_options(given, ("plain",), "an inertial recording", "orientations alone")
+
+    with progress_bar(4) as show:
+        steps = itertools.count()
+        return track_one(path, name, output, settings, lambda what: show(next(steps), f"{name}: {what}"), check)
+
+
+def _track_all(
+    found: dict[str, Path], output: Path, settings: Any, jobs: int, scheduler: str | None, fail_fast: bool, fresh: bool
+) -> tuple[list[dict[str, Any]], dict[str, str]]:
+    """Track many recordings; an interruption says how many are done."""
+    from bingham.atomic import staged, sweep
+    from bingham.cli.ending import Terminated
+    from bingham.cli.many import track_many
+    from bingham.cli.wording import in_options
+
+    done = 0
+
+    def show_one(count: int, name: str) -> None:
+        nonlocal done
+        done = count
+        show(count, name)
+
+    how: dict[str, Any] = {"jobs": jobs, "scheduler": scheduler, "show": show_one}
+    with progress_bar(len(found)) as show, in_options({"scheduler": "--scheduler", "jobs": "--jobs"}):
+        if fail_fast:
+            with staged(output) as folder:
+                rows, errors = track_many(found, folder, settings, fail_fast=True, fresh=True, **how)
+            for row in rows:
+                row["files"] = [str(output / Path(name).name) for name in row["files"]]
+            return rows, errors
+        try:
+            return track_many(found, output, settings, fresh=fresh, **how)
+        except (KeyboardInterrupt, Terminated) as end:
+            number = getattr(end, "number", 2)
+            sweep(output)
+            what = "interrupted" if number == 2 else "terminated"
+            say_error(f"{what}; {done} of {len(found)} recordings are done; the same command continues from there")
+            raise typer.Exit(128 + number) from None
+
+
+def _report(rows: list[dict[str, Any]], output: Path, *, as_json: bool, verbose: bool, alone: bool) -> None:
     for row in rows:
-        row["files"] = [str(output / name) for name in row["files"]]
+        for warning in row["warnings"]:
+            say_error(f"warning: {warning}")
     if as_json:
-        typer.echo(json.dumps(rows if len(rows) > 1 else rows[0], indent=2, ensure_ascii=False))
-    else:
-        print_table(rows)
-        typer.echo(f"Files: {output}")
+        print_json(rows[0] if alone else rows)
+    elif rows:
+        from bingham.cli.report import print_table
+
+        print_table(rows, verbose=verbose)
+        if same := sum(row.get("unchanged", False) for row in rows):
+            say(f"{same} of {len(rows)} unchanged since an earlier run; --fresh tracks them again")
+        say(f"Files: {output}")
 
 
-def track_one(path: Path, folder: Path, settings: Settings, step: Any) -> dict[str, Any]:
-    """Read, filter, compare, write and draw one recording; return what there is to say about it."""
-    from bingham.cli.filtering import begun, note, prepare
-    from bingham.cli.output import draw_track, write_track
-    from bingham.cli.reading import read
-    from bingham.cli.report import errors_deg, truth_of
-    from bingham.recording import OrientationRecording
-
-    started = perf_counter()
-    step("reading")
-    whole = read(path, settings.format, settings.reading)
-    if settings.tum and isinstance(whole, OrientationRecording) and whole.dim != 4:
-        raise InvalidArgumentError("--tum", "orientations in space", f"{path}, axes in the plane", "leave --tum out")
-    recording = begun(whole, settings.filtering)
-    step("filtering")
-    prepared = prepare(recording, settings.filtering)
-    before = thread_time()
-    filtered = prepared.run()
-    filtered_s = thread_time() - before
-    result = prepared.result(filtered)
-    if doubt := result.doubt:
-        note(f"{recording.name}: {doubt}")
-    row: dict[str, Any] = {
-        "recording": recording.name,
-        "samples": recording.size,
-        "duration_s": recording.duration_s,
-        "wall_s": 0.0,
-        "us_per_sample": 1e6 * filtered_s / recording.size,
-        "filter": prepared.name,
-        "rejected": int(result.rejected.sum()),
-        "log_evidence": float(result.log_evidence.sum()),
-    }
-    step("comparing")
-    truth = truth_of(recording, result)
-    measured = recording.orientation if isinstance(recording, OrientationRecording) else None
-    if truth is not None:
-        row["error_deg"] = errors_deg(result.modes, truth)
-        if measured is not None:
-            row["measured_error_deg"] = errors_deg(measured, truth)
-        if truth.heading_offset_rad is not None:
-            row["heading_offset_rad"] = truth.heading_offset_rad
-    step("writing")
-    row["files"] = write_track(folder, recording, result, frame=settings.frame.value, tum=settings.tum)
-    if settings.bag:
-        from bingham.cli.bag import write_bag
-
-        row["files"].append(write_bag(folder, path, whole.time, result, settings.reading, settings.orientation_topic))
-    if settings.figure:
-        step("drawing")
-        row["files"].append(draw_track(folder, recording, result, truth))
-    row["wall_s"] = perf_counter() - started
-    return row
+def _without_effect(given: dict[str, str], names: tuple[str, ...], needed: str) -> None:
+    for name in names:
+        if name in given:
+            say_error(f"warning: {given[name]} had no effect: no recording of {needed}")
 
 
-def progress(recordings: list[Path], steps: int) -> Any:
-    """Yield each recording with a function that shows its next step on a bar, on stderr if that is a terminal."""
-    from rich.console import Console
-    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+def _check_fields(chosen: tuple[str, ...] | None) -> None:
+    if chosen is None:
+        return
+    from bingham.io.track_fields import FIELDS
 
-    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
-    shown = sys.stderr.isatty()
-    with Progress(*columns, console=Console(stderr=True), transient=True, disable=not shown) as bar:
-        task = bar.add_task("", total=steps * len(recordings))
-        for count, path in enumerate(recordings):
-            done = itertools.count(steps * count)
-
-            def step(what: str, name: str = path.name, done: Iterator[int] = done) -> None:
-                bar.update(task, completed=next(done), description=f"{name}: {what}")
-
-            yield path, step
+    for name in chosen:
+        if name not in FIELDS:
+            raise InvalidArgumentError("--fields", f"some of {', '.join(FIELDS)}", name)

@@ -10,7 +10,8 @@ from bingham.io.npz import read_npz, write_npz
 from bingham.io.rosbag import read_rosbag
 from bingham.io.rosbag_orientation import RosbagOrientation, read_rosbag_orientation
 from bingham.io.rosbag_writer import write_rosbag
-from bingham.io.track import read_track, write_track_csv, write_track_npz
+from bingham.io.track import read_track, write_track_npz
+from bingham.io.track_csv import write_track_csv
 from bingham.io.tum import read_tum, write_tum
 
 __all__ = [

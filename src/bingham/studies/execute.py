@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -12,7 +12,7 @@ from bingham.studies.store import RunStore
 from bingham.studies.study import Arrays, Chunk, Study, StudyResult
 from bingham.studies.workers import WorkersLostError, in_processes, on_cluster, run_chunk
 
-__all__ = ["WorkersLostError", "execute", "run_study"]
+__all__ = ["WorkersLostError", "execute", "finished_chunks", "run_study"]
 
 
 def run_study(
@@ -68,6 +68,17 @@ def run_study(
     return study.summarize(count, seed, results)
 
 
+def finished_chunks(
+    chunks: Sequence[Chunk], *, jobs: int = 1, scheduler: str | None = None
+) -> Iterator[tuple[str, Any]]:
+    """Yield key and result of each chunk as it finishes: here, in processes, or on a cluster."""
+    if scheduler is not None:
+        return on_cluster(chunks, scheduler)
+    if jobs == 1 or len(chunks) < 2:
+        return (run_chunk(chunk) for chunk in chunks)
+    return in_processes(chunks, jobs)
+
+
 def execute(
     chunks: Sequence[Chunk],
     *,
@@ -90,13 +101,7 @@ def execute(
     todo = [chunk for chunk in chunks if chunk.key not in results]
     if progress:
         progress(len(results), len(chunks))
-    if scheduler is not None:
-        finished = on_cluster(todo, scheduler)
-    elif jobs == 1 or len(todo) < 2:
-        finished = (run_chunk(chunk) for chunk in todo)
-    else:
-        finished = in_processes(todo, jobs)
-    for key, arrays in finished:
+    for key, arrays in finished_chunks(todo, jobs=jobs, scheduler=scheduler):
         results[key] = arrays
         if store:
             store.save(key, arrays)

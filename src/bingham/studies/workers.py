@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import os
+import threading
+import time
 from collections.abc import Iterator, Sequence
 from typing import Any
 
@@ -12,6 +15,9 @@ __all__ = ["WorkersLostError", "in_processes", "on_cluster", "run_chunk"]
 
 # How often the pool is started again after a worker died without any chunk finished in between.
 RESTARTS = 3
+# How often a worker looks whether the process that started it still lives, in seconds.
+WATCH_EVERY = 0.5
+_watching = False
 # How long a scheduler may take to answer, in seconds.
 CONNECT_WAIT = 10.0
 # How long a cluster may be without any worker, in seconds.
@@ -27,6 +33,21 @@ def run_chunk(chunk: Chunk) -> tuple[str, Arrays]:
     return chunk.key, chunk.function(**chunk.arguments)
 
 
+def _run_below(chunk: Chunk, parent: int) -> tuple[str, Arrays]:
+    """Run a chunk in a worker process, which ends when the process that has started it is gone."""
+    global _watching
+    if not _watching:
+        _watching = True
+        threading.Thread(target=_end_with, args=(parent,), daemon=True).start()
+    return run_chunk(chunk)
+
+
+def _end_with(parent: int) -> None:
+    while os.getppid() == parent:
+        time.sleep(WATCH_EVERY)
+    os._exit(1)
+
+
 def in_processes(chunks: Sequence[Chunk], jobs: int) -> Iterator[tuple[str, Arrays]]:
     """Yield key and arrays of each chunk as it finishes in one of so many processes."""
     try:
@@ -40,7 +61,7 @@ def in_processes(chunks: Sequence[Chunk], jobs: int) -> Iterator[tuple[str, Arra
     while todo:
         try:
             pool: Any = Parallel(n_jobs=jobs, return_as="generator_unordered")
-            for key, arrays in pool(delayed(run_chunk)(chunk) for chunk in list(todo.values())):
+            for key, arrays in pool(delayed(_run_below)(chunk, os.getpid()) for chunk in list(todo.values())):
                 del todo[key]
                 lost = 0
                 yield key, arrays
