@@ -9,7 +9,7 @@ import pytest
 from bags import KINDS, Bag, fingerprint, messages
 from bingham import Bingham
 from bingham.cli.bag import world_covariance
-from bingham.filters.track import Track
+from bingham.filters.track import BinghamTrack
 from bingham.io import read_recording, read_rosbag_orientation, read_track
 from bingham.metrics import broad_rmse
 from bingham.rotations import to_rotation
@@ -80,11 +80,11 @@ def test_a_distribution_without_a_mode_is_a_finite_covariance():
     about_the_vertical = np.array([[0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1], [1, 0, 0, 0]], dtype=float).T
     girdle = Bingham([-2 / tilt, -2 / tilt, 0.0, 0.0], about_the_vertical)
     clear = Bingham.from_covariance([1.0, 0, 0, 0], 0.01 * np.eye(3), frame="world")
-    distributions = [girdle, Bingham.uniform(4), clear]
+    each = [girdle, Bingham.uniform(4), clear]
+    states = Bingham.from_spectrum(np.array([p.z for p in each]), np.array([p.M for p in each]))
     nothing = np.zeros(3)
-    track = Track(
-        None, np.array([p.z for p in distributions]), np.array([p.M for p in distributions]), nothing, nothing, nothing
-    )
+    track = BinghamTrack(time=None, modes=states.mode, log_evidence=nothing, nis=nothing,
+                         decision=nothing.astype(np.int8), final=clear, states=states)  # fmt: skip
     found = world_covariance(track)
     assert np.isfinite(found).all()
     np.testing.assert_allclose(found[0], np.diag([tilt, tilt, heading]), rtol=0.02, atol=1e-9)

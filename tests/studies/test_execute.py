@@ -91,6 +91,16 @@ def test_a_damaged_file_is_run_again(tmp_path):
     path = store.folder / "run-0.npz"
     path.write_bytes(path.read_bytes()[:50])
     assert store.load("run-0") is None
+    store.save("run-0", {"x": np.ones(3)})
+    assert np.array_equal(store.load("run-0")["x"], np.ones(3))
+    for change in ({"x": np.zeros(3)}, {"x": np.ones(2)}, {"y": np.ones(3)}, {"x": np.ones(3, dtype=np.float32)}):
+        with np.load(path) as stored:
+            checksum = stored["checksum"]
+        np.savez(path, **change, checksum=checksum)
+        assert store.load("run-0") is None
+    store.save("run-1", {"x": np.ones(3)})
+    (store.folder / "run-1.npz").replace(path)  # another chunk's
+    assert store.load("run-0") is None
     assert [p.name for p in store.folder.iterdir()] == ["run-0.npz"]
 
 
@@ -152,7 +162,7 @@ def test_an_error_on_a_dask_worker_arrives_as_it_is(cluster):
 def test_an_error_in_a_process_arrives_as_it_is():
     with pytest.raises(InvalidArgumentError, match="a run that can be made, got 0") as caught:
         execute(chunks(fail, count=2), jobs=2)
-    assert (caught.value.argument, caught.value.value) == ("run", 0)
+    assert (caught.value.argument, caught.value.got) == ("run", 0)
 
 
 def test_a_run_that_kills_every_process_ends_in_words():
