@@ -3,8 +3,13 @@
 from __future__ import annotations
 
 import re
+import sys
 import warnings
 from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).parent))
+
+import generated
 
 import bingham
 
@@ -51,13 +56,16 @@ sphinx_gallery_conf = {
 
 
 def fill_in(app, docname: str, source: list[str]) -> None:
-    """Put the table of public names, and the list of study pages, where a page asks for them."""
+    """Put what the program tells of itself, and the list of study pages, where a page asks for them."""
     studies = sorted(p.stem for p in (Path(__file__).parent / "studies").glob("*.rst") if p.stem != "index")
     entries = "\n".join(f"   {stem}" for stem in studies)
     tree = f".. toctree::\n   :maxdepth: 1\n\n{entries}" if studies else ""
     source[0] = source[0].replace("{{studies}}", tree)
     names = "\n".join(f"   ~{getattr(bingham, name).__module__}.{name}" for name in bingham.__all__)
     source[0] = source[0].replace("{{names}}", f".. autosummary::\n\n{names}")
+    if "{{commands}}" in source[0]:
+        source[0] = source[0].replace("{{commands}}", generated.commands())
+    source[0] = re.sub(r"{{results:([\w-]+)}}", lambda m: generated.study_table(m.group(1)), source[0])
 
 
 def escape_bars(app, what: str, name: str, obj: object, options: object, lines: list[str]) -> None:
