@@ -1,0 +1,160 @@
+"""Confidence intervals of concentrations."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.special import chdtri
+
+from bingham.distributions.arguments import as_generator, check_number, integer
+from bingham.distributions.bingham import Bingham
+from bingham.distributions.marginal import marginal_fit, marginal_maximum
+from bingham.errors import InvalidArgumentError
+from bingham.inference.result import axes_of, check_choice
+
+__all__ = ["ConcentrationIntervals", "concentration_intervals"]
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ConcentrationIntervals:
+    """Intervals low ≤ zᵢ ≤ high, each (..., d), ascending in i; the last concentration is 0 by convention.
+
+    ``estimate`` (..., d) are the concentrations they belong to.
+    """
+
+    estimate: FloatArray
+    low: FloatArray
+    high: FloatArray
+    level: float
+    method: str
+
+
+def concentration_intervals(
+    x: ArrayLike,
+    level: float = 0.95,
+    method: Literal["profile", "bootstrap"] = "profile",
+    *,
+    resamples: int = 999,
+    rng: Any = None,
+) -> ConcentrationIntervals:
+    """Return confidence intervals of the concentrations of a Bingham distribution.
+
+    Parameters
+    ----------
+    x : (..., n, d) array_like
+        Unit vectors whose signs do not matter, n > d.
+    level : float
+        Probability of each interval, in (0, 1).
+    method : {"profile", "bootstrap"}
+        "profile": all c with 2 [max log L − max_{zᵢ = c} log L] ≤ χ²₁, L the likelihood of the concentrations alone
+        (`bingham.distributions.marginal`); its maximum is the bias-corrected estimate. "bootstrap": bias-corrected,
+        accelerated intervals of `scipy.stats.bootstrap` about the same estimate, axes drawn with replacement; for one
+        sample, and only for large ones: at n = 10 they hold the steepest concentration in 0.83 to 0.88 of cases.
+    resamples : int
+        Number of bootstrap samples.
+    rng : None, int or numpy.random.Generator
+        Passed to ``numpy.random.default_rng``.
+
+    Examples
+    --------
+    >>> x = Bingham([-20.0, -9.0, 0.0], np.eye(3)).rvs(30, rng=1)
+    >>> result = concentration_intervals(x)
+    >>> result.low.round(1), result.high.round(1)
+    (array([-38.1, -12.2,   0. ]), array([-14.2,  -4.2,   0. ]))
+    """
+    check_number(level, "level", "a probability between 0 and 1", above=0.0)
+    if level >= 1.0:
+        raise InvalidArgumentError("level", "a probability between 0 and 1", level, "0.95 for 95 %")
+    check_choice(method, "method", ("profile", "bootstrap"))
+    a = axes_of(x, "x", 3)
+    n, d = a.shape[-2:]
+    if n <= d:
+        raise InvalidArgumentError("x", f"more than d = {d} axes", n)
+    if method == "bootstrap":
+        if a.ndim > 2:
+            raise InvalidArgumentError("x", "one sample (n, d) for the bootstrap", a.shape)
+        return _bootstrap(a, level, integer(resamples, "resamples", 1), rng)
+    fitted = Bingham.fit(a)
+    shape = fitted.shape
+    w = fitted.axis_moments.reshape(-1, d)
+    z, best = marginal_fit(w, n, np.array(fitted.z.reshape(-1, d)))
+    best = np.atleast_1d(best)
+    low, high = np.zeros_like(z), np.zeros_like(z)
+    for k in range(d - 1):
+        low[:, k] = _end(k, -1.0, z, w, n, best, level)
+        high[:, k] = _end(k, 1.0, z, w, n, best, level)
+    return ConcentrationIntervals(
+        z.reshape(*shape, d), low.reshape(*shape, d), high.reshape(*shape, d), level, "profile"
+    )
+
+
+def _end(k: int, side: float, z: FloatArray, w: FloatArray, n: int, best: FloatArray, level: float) -> FloatArray:
+    """Return the c (R,) below (side −1) or above ẑₖ where the profile's root √(2 [max − profile]) reaches its quantile.
+
+    The secant method on that root, nearly linear in log |c|, kept within the bracket found so far.
+    """
+    goal = float(np.sqrt(chdtri(1, 1.0 - level)))
+
+    def root(c: FloatArray) -> FloatArray:
+        low = np.full_like(z, -np.inf)
+        high = np.zeros_like(z)
+        high[:, :k] = c[:, None]
+        low[:, k:] = c[:, None]
+        high[:, k] = c
+        low[:, -1] = 0.0
+        return np.sqrt(np.maximum(2.0 * (best - marginal_maximum(w, n, z, low, high)[1]), 0.0))
+
+    # In t = log(c₀ − c) with c₀ a hair above 0, where every concentration may end.
+    offset = 1e-3
+    inner = np.log(offset - z[:, k])
+    reached = np.zeros(len(z), dtype=bool)
+    if side > 0.0:
+        outer = np.full(len(z), np.log(offset))
+        reached = root(np.zeros(len(z))) <= goal
+    else:
+        outer = np.log(offset - z[:, k] + np.maximum(-z[:, k], 2.0))
+        for _ in range(60):
+            short = root(offset - np.exp(outer)) < goal
+            if not short.any():
+                break
+            outer = np.where(short, outer + 1.0, outer)
+    a, fa, b, fb = inner, np.full(len(z), -goal), outer, root(np.minimum(offset - np.exp(outer), 0.0)) - goal
+    for step in range(60):
+        # Illinois-like: every third step halves the bracket.
+        t = 0.5 * (a + b) if step % 3 == 2 else a - fa * (b - a) / np.where(fb - fa == 0.0, 1.0, fb - fa)
+        f = root(np.minimum(offset - np.exp(t), 0.0)) - goal
+        inside = f < 0.0
+        a, fa = np.where(inside, t, a), np.where(inside, f, fa)
+        b, fb = np.where(inside, b, t), np.where(inside, fb, f)
+        if np.all(reached | (np.abs(b - a) < 1e-6) | (np.abs(f) < 1e-6)):
+            break
+    return np.where(reached, 0.0, np.minimum(offset - np.exp(np.where(np.abs(fa) < np.abs(fb), a, b)), 0.0))
+
+
+def _bootstrap(x: FloatArray, level: float, resamples: int, rng: Any) -> ConcentrationIntervals:
+    from scipy.stats import bootstrap
+
+    n, d = x.shape
+
+    def estimate(rows: NDArray[np.int64], axis: int = -1) -> FloatArray:
+        samples = x[np.moveaxis(rows, axis, -1)]
+        w = np.linalg.eigvalsh(np.swapaxes(samples, -1, -2) @ samples / rows.shape[axis])
+        # A resample of few different axes has no spread along some axis; a hair of it keeps its estimate finite.
+        w = np.maximum(w, 1e-6)
+        w = (w / w.sum(axis=-1, keepdims=True)).reshape(-1, d)
+        from bingham.distributions.normalizer import solve_moments
+
+        z = marginal_fit(w, rows.shape[axis], solve_moments(w)[0])[0]
+        return np.moveaxis(z[:, :-1].reshape(*samples.shape[:-2], d - 1), -1, 0)
+
+    interval = bootstrap(
+        (np.arange(n),), estimate, n_resamples=resamples, confidence_level=level, rng=as_generator(rng),
+        vectorized=True, method="BCa",
+    ).confidence_interval  # fmt: skip
+    z = np.append(estimate(np.arange(n)[None])[:, 0], 0.0)
+    return ConcentrationIntervals(z, np.append(interval.low, 0.0), np.append(interval.high, 0.0), level, "bootstrap")
