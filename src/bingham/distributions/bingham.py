@@ -20,7 +20,7 @@ from bingham.distributions.uncertainty import (
 from bingham.errors import InvalidArgumentError
 from bingham.kernels.envelope import sample
 from bingham.rotations import compose, conjugate
-from bingham.validation import as_generator, as_numbers, check_kind, integer, unit_rows
+from bingham.validation import as_generator, as_numbers, check_kind, check_number, integer, unit_rows
 
 if TYPE_CHECKING:
     from scipy.spatial.transform import Rotation
@@ -152,7 +152,14 @@ class Bingham:
         return cls.from_spectrum(z, frame, log_f)
 
     @classmethod
-    def fit(cls, x: ArrayLike | Rotation, weights: ArrayLike | None = None) -> Self:
+    def fit(
+        cls,
+        x: ArrayLike | Rotation,
+        weights: ArrayLike | None = None,
+        *,
+        bias_corrected: bool = False,
+        prior: float = 0.0,
+    ) -> Self:
         """Return the maximum-likelihood distribution of unit vectors x; signs of rows do not matter.
 
         Its moment equals the weighted sample moment Σ wₙ xₙ xₙᵀ / Σ wₙ (Bingham 1974). `standard_errors` gives the
@@ -164,6 +171,13 @@ class Bingham:
             Unit vectors (within 1e-6).
         weights : (..., n) array_like, optional
             Non-negative, not all zero; only their ratios matter.
+        bias_corrected : bool
+            Take the concentrations that maximise their likelihood with the axes integrated out
+            (`bingham.distributions.marginal`). Maximum likelihood overstates the steepest concentration of 10 axes
+            1.7 to 2.3 times, this one by a third less and in the median hardly at all.
+        prior : float
+            Weight of a weak prior: that many further axes, spread evenly over all directions (the conjugate prior
+            exp(prior (tr A/d − log F))). With 0.1 to 1 any sample has a fit, even a single axis.
 
         Raises
         ------
@@ -188,8 +202,14 @@ class Bingham:
             raise InvalidArgumentError("x", "at least d samples", "none")
         moment = np.einsum("...ni,...n,...nj->...ij", a, w, a)
         moment /= np.trace(moment, axis1=-2, axis2=-1)[..., None, None]
+        count = 1.0 / np.sum(w**2, axis=-1)  # Kish's n, n for equal weights
+        if prior != 0.0:
+            check_number(prior, "prior", "a number of axes ≥ 0", minimum=0.0)
+            share = (prior / (count + prior))[..., None, None]
+            moment, count = (1.0 - share) * moment + share * np.eye(a.shape[-1]) / a.shape[-1], count + prior
         try:
-            return cls.from_moment(moment)
+            fitted = cls.from_moment(moment)
+            return fitted if not bias_corrected else cls.from_spectrum(*_corrected(fitted, count))
         except InvalidArgumentError:
             hint = "add samples" if n < a.shape[-1] else "drop the axis they lack or add their noise variance"
             expected = f"at least d = {a.shape[-1]} different axes that span the space"
@@ -439,3 +459,11 @@ class Bingham:
     def _check_group(self) -> None:
         if self.dim not in (2, 4):
             raise InvalidArgumentError("distribution", "dimension 2 or 4, where unit vectors form a group", self.dim)
+
+
+def _corrected(fitted: Bingham, n: Any) -> tuple[FloatArray, FloatArray]:
+    """Return (z, M) with the concentrations that are most likely for the moments of a fit to n (...) axes."""
+    from bingham.distributions.marginal import marginal_fit
+
+    z, _ = marginal_fit(fitted.axis_moments, n, np.array(fitted.z))
+    return z, np.array(fitted.M)

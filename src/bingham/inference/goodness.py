@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from bingham.distributions.arguments import as_generator, integer
 from bingham.distributions.bingham import Bingham
 from bingham.distributions.normalizer import log_normalizer
 from bingham.inference.result import TestResult, axes_of, resampled_pvalue
+from bingham.validation import as_generator, integer
 
 __all__ = ["goodness_of_fit_test", "mode_angle_statistic"]
 

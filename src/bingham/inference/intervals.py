@@ -9,11 +9,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.special import chdtri
 
-from bingham.distributions.arguments import as_generator, check_number, integer
 from bingham.distributions.bingham import Bingham
 from bingham.distributions.marginal import marginal_fit, marginal_maximum
 from bingham.errors import InvalidArgumentError
 from bingham.inference.result import axes_of, check_choice
+from bingham.validation import as_generator, check_number, integer
 
 __all__ = ["ConcentrationIntervals", "concentration_intervals"]
 
@@ -62,10 +62,10 @@ def concentration_intervals(
 
     Examples
     --------
-    >>> x = Bingham([-20.0, -9.0, 0.0], np.eye(3)).rvs(30, rng=1)
+    >>> x = Bingham([-20.0, -9.0, 0.0], np.eye(3)).rvs(30, rng=4)
     >>> result = concentration_intervals(x)
     >>> result.low.round(1), result.high.round(1)
-    (array([-38.1, -12.2,   0. ]), array([-14.2,  -4.2,   0. ]))
+    (array([-36.1, -22.4,   0. ]), array([-11.6,  -7.7,   0. ]))
     """
     check_number(level, "level", "a probability between 0 and 1", above=0.0)
     if level >= 1.0:
@@ -125,15 +125,20 @@ def _end(k: int, side: float, z: FloatArray, w: FloatArray, n: int, best: FloatA
             outer = np.where(short, outer + 1.0, outer)
     a, fa, b, fb = inner, np.full(len(z), -goal), outer, root(np.minimum(offset - np.exp(outer), 0.0)) - goal
     for step in range(60):
-        # Illinois-like: every third step halves the bracket.
+        # Every third step halves the bracket, lest one end never moves.
         t = 0.5 * (a + b) if step % 3 == 2 else a - fa * (b - a) / np.where(fb - fa == 0.0, 1.0, fb - fa)
+        t: FloatArray = np.clip(t, np.minimum(a, b), np.maximum(a, b))
         f = root(np.minimum(offset - np.exp(t), 0.0)) - goal
         inside = f < 0.0
         a, fa = np.where(inside, t, a), np.where(inside, f, fa)
         b, fb = np.where(inside, b, t), np.where(inside, fb, f)
         if np.all(reached | (np.abs(b - a) < 1e-6) | (np.abs(f) < 1e-6)):
             break
-    return np.where(reached, 0.0, np.minimum(offset - np.exp(np.where(np.abs(fa) < np.abs(fb), a, b)), 0.0))
+    return np.where(reached, 0.0, np.minimum(offset - np.exp(_nearer(a, fa, b, fb)), 0.0))
+
+
+def _nearer(a: FloatArray, fa: FloatArray, b: FloatArray, fb: FloatArray) -> FloatArray:
+    return np.where(np.abs(fa) < np.abs(fb), a, b)
 
 
 def _bootstrap(x: FloatArray, level: float, resamples: int, rng: Any) -> ConcentrationIntervals:

@@ -10,8 +10,8 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.special import chdtrc, fdtrc
 
 from bingham.distributions.algebra import sample_rows
-from bingham.distributions.arguments import described
 from bingham.errors import InvalidArgumentError
+from bingham.validation import described
 
 __all__ = ["TestResult", "axes_of", "check_choice", "chi2_pvalue", "hotelling_pvalue", "resampled_pvalue"]
 

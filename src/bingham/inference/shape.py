@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.special import ndtr
 
 from bingham.distributions.bingham import Bingham
-from bingham.distributions.marginal import marginal_fit, marginal_log_likelihood
+from bingham.distributions.normalizer import log_normalizer_derivatives
 from bingham.errors import InvalidArgumentError
 from bingham.inference.result import TestResult, axes_of
 
@@ -32,8 +32,7 @@ def cluster_girdle_test(x: ArrayLike) -> ShapeTestResult:
 
     The border is z₂ = z₁/2: the middle concentration halfway between that of a cluster with rotational symmetry
     (z₂ = z₁) and that of a girdle with it (z₂ = 0) (Mardia & Jupp 2000, sec. 9.4.3). The statistic is the signed root
-    of the likelihood ratio, standard normal on the border: positive for clusters, negative for girdles. The likelihood
-    is that of the concentrations alone (`bingham.distributions.marginal`).
+    of the likelihood ratio, standard normal on the border: positive for clusters, negative for girdles.
 
     Parameters
     ----------
@@ -57,38 +56,35 @@ def cluster_girdle_test(x: ArrayLike) -> ShapeTestResult:
         raise InvalidArgumentError("x", "axes in space, d = 3", f"d = {a.shape[-1]}")
     n = a.shape[-2]
     fitted = Bingham.fit(a)
-    w = fitted.axis_moments.reshape(-1, 3)
-    z, best = marginal_fit(w, n, np.array(fitted.z.reshape(-1, 3)))
-    border = _border_likelihood(w, n, z)
-    side = np.where(z[:, 0] + z[:, 2] < 2.0 * z[:, 1], -1.0, 1.0)
-    statistic = (side * np.sqrt(np.maximum(2.0 * (best - border), 0.0))).reshape(fitted.shape)[()]
+    w, z = fitted.axis_moments, fitted.z
+    likelihood = np.sum(w * z, axis=-1) - fitted.log_normalizer
+    side = np.where(z[..., 0] < 2.0 * z[..., 1], -1.0, 1.0)
+    ratio = np.maximum(2.0 * n * (likelihood - _border_likelihood(w.reshape(-1, 3)).reshape(fitted.shape)), 0.0)
+    statistic = (side * np.sqrt(ratio))[()]
     return ShapeTestResult(
         statistic, 2.0 * ndtr(-np.abs(statistic)), "asymptotic", ndtr(-np.asarray(statistic))[()], ndtr(statistic)
     )
 
 
-def _border_likelihood(w: FloatArray, n: int, start: FloatArray) -> FloatArray:
-    """Return the largest log L (R,) of z = (−2c, −c, 0), c ≥ 0, by Newton's method in log c, damped."""
-    direction = np.array([-2.0, -1.0, 0.0])
-    u = np.log(np.maximum(-0.5 * start[:, 0], 1e-3))
-
-    def at(u: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-        c = np.exp(u)
-        value, gradient, hessian = marginal_log_likelihood(c[:, None] * direction, w, np.full(len(c), float(n)))
-        slope = gradient @ direction
-        return value, c * slope, c * slope + c * c * np.einsum("i,rij,j->r", direction, hessian, direction)
-
-    value, slope, bend = at(u)
+def _border_likelihood(w: FloatArray) -> FloatArray:
+    """Return max_c (z·ω − log F(z)) (R,) over z = c (−2, −1, 0), c ≥ 0: the root of a falling slope."""
+    line = np.array([-2.0, -1.0, 0.0])
+    goal = w @ line
+    # The slope at c is goal − line·ω(c); line·ω rises from −1 at c = 0 to 0.
+    low, high = np.zeros(len(w)), np.full(len(w), 1.0)
     for _ in range(100):
-        step = np.clip(slope / np.maximum(np.abs(bend), 1e-12), -1.0, 1.0)
-        if np.max(np.abs(step * slope)) < 1e-10 or np.all(u + step < -30.0):
+        short = log_normalizer_derivatives(high[:, None] * line)[1] @ line < goal
+        if not short.any():
             break
-        for _ in range(30):
-            trial = at(u + step)
-            worse = trial[0] < value - 1e-12 * np.abs(value)
-            if not worse.any():
-                break
-            step = np.where(worse, 0.3 * step, step)
-        u = u + step
-        value, slope, bend = trial
-    return value
+        low, high = np.where(short, high, low), np.where(short, 2.0 * high, high)
+    c = 0.5 * (low + high)
+    for _ in range(60):
+        _, moments, hessian = log_normalizer_derivatives(c[:, None] * line)
+        gap = goal - moments @ line
+        low, high = np.where(gap > 0.0, c, low), np.where(gap > 0.0, high, c)
+        newton = c + gap / np.einsum("i,rij,j->r", line, hessian, line)
+        new = np.where((newton > low) & (newton < high), newton, 0.5 * (low + high))
+        if np.all(np.abs(new - c) <= 1e-10 * (1.0 + c)):
+            break
+        c = new
+    return c * goal - log_normalizer_derivatives(c[:, None] * line)[0]

@@ -7,9 +7,9 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from bingham.distributions.arguments import as_generator, integer
 from bingham.errors import InvalidArgumentError
 from bingham.inference.result import TestResult, axes_of, check_choice, chi2_pvalue, resampled_pvalue
+from bingham.validation import as_generator, integer
 
 __all__ = ["symmetry_test"]
 

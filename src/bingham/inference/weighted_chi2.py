@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from functools import cache
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.integrate import quad
 from scipy.special import comb, eval_gegenbauer, eval_legendre
 
 __all__ = ["sine_kernel_weights", "weighted_chi2_pvalue"]
@@ -27,7 +27,7 @@ def sine_kernel_weights(d: int) -> tuple[tuple[float, ...], tuple[int, ...], flo
     """
     from bingham.inference.uniformity import gine_statistic
 
-    nodes, gauss = np.polynomial.legendre.leggauss(4000)
+    nodes, gauss = np.polynomial.legendre.leggauss(400)
     angle = 0.5 * np.pi * (nodes + 1.0)
     mass = gauss * np.sin(angle) ** (d - 2)
     mass /= mass.sum()
@@ -53,16 +53,27 @@ def sine_kernel_weights(d: int) -> tuple[tuple[float, ...], tuple[int, ...], flo
 def weighted_chi2_pvalue(
     statistic: ArrayLike, weights: tuple[float, ...], counts: tuple[int, ...], rest: float = 0.0
 ) -> Any:
-    """Return P(Σ λₖ χ²(mₖ) + rest ≥ statistic) by Imhof's (1961) inversion of the characteristic function."""
+    """Return P(Σ λₖ χ²(mₖ) + rest ≥ statistic), from the characteristic function (Imhof 1961).
+
+    The integral is a midpoint sum (Davies 1973): with step Δ its error is the probability beyond 2π/Δ, nil here.
+    """
     w, m = np.array(weights), np.array(counts, dtype=np.float64)
-
-    def tail(value: float) -> float:
-        def integrand(u: float) -> float:
-            theta = 0.5 * float(m @ np.arctan(w * u)) - 0.5 * (value - rest) * u
-            return np.sin(theta) / u * float(np.exp(-0.25 * (m @ np.log1p((w * u) ** 2))))
-
-        integral = quad(integrand, 0.0, np.inf, limit=500)[0]
-        return min(1.0, max(0.0, 0.5 + integral / np.pi))
-
-    values = np.asarray(statistic, dtype=np.float64)
-    return np.array([tail(float(v)) for v in values.ravel()]).reshape(values.shape)[()]
+    values = np.asarray(statistic, dtype=np.float64) - rest
+    mean, deviation = float(m @ w), math.sqrt(2.0 * float(m @ w**2))
+    reach = float(np.max(np.abs(values), initial=0.0)) + mean + 60.0 * max(deviation, float(w.max()))
+    step = 2.0 * np.pi / reach
+    # Up to where the modulus of the characteristic function is below rounding.
+    end = step
+    while float(m @ np.log1p((w * end) ** 2)) < 4.0 * 36.0:
+        end *= 1.3
+    u = step * (np.arange(int(end / step) + 1) + 0.5)
+    angle, log_modulus = np.zeros_like(u), np.zeros_like(u)
+    for weight, count in zip(w, m, strict=True):
+        angle += 0.5 * count * np.arctan(weight * u)
+        log_modulus -= 0.25 * count * np.log1p((weight * u) ** 2)
+    factor = np.exp(log_modulus) / (u / step)
+    flat = values.ravel()
+    tail = np.empty_like(flat)
+    for k, value in enumerate(flat):
+        tail[k] = 0.5 + float(np.sin(angle - 0.5 * value * u) @ factor) / np.pi
+    return np.clip(tail, 0.0, 1.0).reshape(values.shape)[()]
