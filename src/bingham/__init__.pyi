@@ -3,6 +3,8 @@ from . import baselines as baselines
 from . import distributions as distributions
 from . import errors as errors
 from . import filters as filters
+from . import geology as geology
+from . import inference as inference
 from . import io as io
 from . import metrics as metrics
 from . import models as models
