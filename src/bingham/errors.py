@@ -12,6 +12,7 @@ __all__ = [
     "MissingExtraError",
     "RecordingError",
     "RecordingWarning",
+    "RepairWarning",
 ]
 
 # Characters of a value in a message, of a text there (it may hold a path), and numbers of an array.
@@ -24,6 +25,10 @@ class AccuracyWarning(UserWarning):
 
 class RecordingWarning(UserWarning):
     """Something in a recording is doubtful, was put right or left out; the message says what and how much."""
+
+
+class RepairWarning(RecordingWarning):
+    """Something in a recording was put right without doubt; the message counts it."""
 
 
 class BinghamError(Exception):

@@ -112,6 +112,9 @@ class OrientationRecording:
         True orientation at the same times; a row of NaN where unknown.
     score : array_like of bool, shape (N,), optional
         Samples that count in an error; without it all that have a truth do.
+    covariance : array_like, shape (N, 3, 3), optional
+        Of each orientation (d = 4) as a measurement: of a small rotation about the axes of the world, rad², its
+        variances positive; NaN where unknown.
 
     Raises
     ------
@@ -131,6 +134,7 @@ class OrientationRecording:
     position: NDArray[np.float64] | None = None
     truth: NDArray[np.float64] | None = None
     score: NDArray[np.bool_] | None = None
+    covariance: NDArray[np.float64] | None = None
 
     def __post_init__(self) -> None:
         time = _times(self.time)
@@ -146,6 +150,13 @@ class OrientationRecording:
             truth = _rows("truth", self.truth, len(time), dim)
             _unit("truth", truth)
             _store(self, truth=truth)
+        if self.covariance is not None:
+            flat = np.reshape(np.asarray(self.covariance, dtype=np.float64), (len(time), -1))
+            covariance = _rows("covariance", flat, len(time), 9).reshape(-1, 3, 3)
+            variances = np.einsum("nii->ni", covariance)
+            if (wrong := (variances <= 0.0).any(axis=1)).any():
+                raise RowError("covariance", int(np.argmax(wrong)), "positive variances", "zero or less")
+            _store(self, covariance=covariance)
 
     @property
     def size(self) -> int:

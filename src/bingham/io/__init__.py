@@ -6,7 +6,9 @@ from bingham.io.checks import RecordingWarning
 from bingham.io.csv import read_csv, write_csv
 from bingham.io.detect import detect_format, read_recording
 from bingham.io.euroc import read_euroc
+from bingham.io.kitti import read_kitti
 from bingham.io.npz import read_npz, write_npz
+from bingham.io.opensim import read_opensim
 from bingham.io.rosbag import read_rosbag
 from bingham.io.rosbag_orientation import RosbagOrientation, read_rosbag_orientation
 from bingham.io.rosbag_writer import write_rosbag
@@ -23,7 +25,9 @@ __all__ = [
     "read_broad",
     "read_csv",
     "read_euroc",
+    "read_kitti",
     "read_npz",
+    "read_opensim",
     "read_recording",
     "read_rosbag",
     "read_rosbag_orientation",

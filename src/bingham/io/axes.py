@@ -10,8 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bingham.errors import InvalidArgumentError, RecordingError
+from bingham.io.angles import AngleKind, angle_kind, recognised
 from bingham.io.checks import normalised
-from bingham.io.text import TextTable, numbered_lines
+from bingham.io.layout import Layout, find_layout
+from bingham.io.table import Table, called, read_table
+from bingham.io.text import opened_text
 
 __all__ = ["Axes", "read_axes"]
 
@@ -27,32 +30,37 @@ class Axes(NamedTuple):
     name : str
         Name of the file.
     columns : tuple of str
-        What the file calls the components.
+        What the file calls the components; of angles, the components they were converted to.
     values : ndarray, shape (N, d)
         One unit vector a row.
+    angles : str
+        Kind of the angles that the file holds, see `bingham.io.angles`; empty if it holds components.
     """
 
     name: str
     columns: tuple[str, ...]
     values: NDArray[np.float64]
+    angles: str = ""
 
 
-def read_axes(path: str | Path, *, columns: Sequence[str] | None = None) -> Axes:
+def read_axes(path: str | Path, *, columns: Sequence[str] | None = None, angles: str | None = None) -> Axes:
     """Read unit vectors from a text file, columns separated by comma, semicolon, tab or white space.
 
     Parameters
     ----------
     path : str or Path
-        File. If its first line that is no comment holds a word, it names the columns, and of these
-        ``qw qx qy qz``, ``n e d`` (north, east, down), ``x y z``, ``x y`` or ``ux uy`` are taken; without names all
-        columns are components, in the order of the file.
+        File. If it names its columns, ``qw qx qy qz``, ``n e d`` (north, east, down), ``x y z``, ``x y`` or ``ux uy``
+        are taken, or angles as `bingham.io.angles` knows them (``trend plunge``, ``phi1 Phi phi2``, …); without names
+        all columns are components, in the order of the file.
     columns : sequence of str, optional
-        Names of the components in the file, in the order wanted.
+        Names of the columns in the file, in the order wanted.
+    angles : str, optional
+        What the columns are: a kind of `bingham.io.angles`, as "strike-dip"; recognised by their names without it.
 
     Returns
     -------
     Axes
-        The rows as they stand; rounded ones normalised.
+        The rows as they stand, rounded ones normalised; angles converted.
 
     Warns
     -----
@@ -64,63 +72,93 @@ def read_axes(path: str | Path, *, columns: Sequence[str] | None = None) -> Axes
     RecordingError
         If a column is missing, a value no number or a row no unit vector, naming the line.
     """
-    lines = [(k, line) for k, line in numbered_lines(path) if not line.lstrip().startswith("#")]
-    path = Path(path)
-    if not lines:
-        raise RecordingError(path, "", "only comments in it", "one axis a row is expected")
-    first, header = lines[0]
-    separator = next((s for s in ",;\t" if s in header), None)
-    cells = [cell.strip().strip('"') for cell in header.split(separator)]
-    if all(map(_is_number, cells)):
-        names, chosen = _unnamed(path, first, cells, columns)
-        table = TextTable.parse(path, names, lines, separator)
+    kind = None if angles is None else angle_kind(angles)
+    text = opened_text(path)
+    path = text.path
+    layout = find_layout(text)
+    if layout.names:
+        at, kind, radians = _named(path, layout, columns, kind)
     else:
-        chosen = _named(path, first, cells, columns)
-        table = TextTable.parse(path, cells, lines[1:], separator)
-    rows = table.as_numbers(list(chosen))
-
-    def place(_: str, index: int) -> str:
-        return table.place(list(chosen), index)
-
+        at, radians = _unnamed(path, layout, columns, kind), False
+    table = read_table(text, layout, at)
+    rows = table.matrix(at, [1.0] * len(at))
     finite = np.isfinite(rows).all(axis=1)
     if not finite.all():
-        raise RecordingError(path, place("", int(np.argmin(finite))), "not finite", "remove the row or complete it")
-    return Axes(path.stem, chosen, normalised(path, "axes", rows, place))
-
-
-def _unnamed(
-    path: Path, line: int, cells: list[str], columns: Sequence[str] | None
-) -> tuple[list[str], tuple[str, ...]]:
-    if columns is not None:
-        raise InvalidArgumentError(
-            "columns", "a file that names its columns", f"numbers in line {line}", "leave it out"
+        raise RecordingError(
+            path, table.place(at, int(np.argmin(finite))), "not finite", "remove the row or complete it"
         )
-    if len(cells) < 2:
-        raise RecordingError(path, f"line {line}", "one column", "an axis has two components or more")
-    names = [f"x{k + 1}" for k in range(len(cells))]
-    return names, tuple(names)
+    if kind is not None:
+        return Axes(path.stem, kind.vector, _converted(table, at, rows, kind, radians), kind.name)
+
+    def place(_: str, index: int) -> str:
+        return table.place(at, index)
+
+    names = tuple(called(layout, k) for k in at) if layout.names else tuple(f"x{k + 1}" for k in range(len(at)))
+    return Axes(path.stem, names, normalised(path, "axes", rows, place))
 
 
-def _named(path: Path, line: int, cells: list[str], columns: Sequence[str] | None) -> tuple[str, ...]:
+def _converted(
+    table: Table, at: list[int], rows: NDArray[np.float64], kind: AngleKind, radians: bool
+) -> NDArray[np.float64]:
+    """Return the unit vectors of angles; a row that has none is named."""
+    if radians and kind.degrees:
+        rows = np.degrees(rows)
+    try:
+        return kind.decode(rows)
+    except InvalidArgumentError:
+        for k in range(len(rows)):
+            try:
+                kind.decode(rows[k : k + 1])
+            except InvalidArgumentError as error:
+                problem = f"no {' '.join(kind.columns)}: {error}"
+                raise RecordingError(
+                    table.text.path, table.place(at, k), problem, "correct the row, or name the kind by angles="
+                ) from None
+        raise
+
+
+def _unnamed(path: Path, layout: Layout, columns: Sequence[str] | None, kind: AngleKind | None) -> list[int]:
+    if columns is not None:
+        got = f"numbers in line {layout.first}"
+        raise InvalidArgumentError("columns", "a file that names its columns", got, "leave it out")
+    if kind is not None and len(kind.columns) != layout.width:
+        problem = f"{layout.width} columns, where {kind.name} has {len(kind.columns)}"
+        raise RecordingError(path, f"line {layout.first}", problem, f"expected {' '.join(kind.columns)}")
+    return list(range(layout.width))
+
+
+def _named(
+    path: Path, layout: Layout, columns: Sequence[str] | None, kind: AngleKind | None
+) -> tuple[list[int], AngleKind | None, bool]:
+    """Return the columns to read in order, the kind of angles they are, None for components, and whether in radians."""
+    cells, place = layout.names, f"line {layout.header}"
     there = f"columns in the file: {' '.join(cells)}"
     if columns is not None:
         if missing := [c for c in columns if c not in cells]:
-            raise RecordingError(path, f"line {line}", f"no column {' '.join(missing)}", there)
-        if len(columns) < 2:
+            raise RecordingError(path, place, f"no column {' '.join(missing)}", there)
+        if len(columns) < 2 and kind is None:
             raise InvalidArgumentError("columns", "two names or more", list(columns))
-        return tuple(columns)
+        if kind is not None and len(kind.columns) != len(columns):
+            raise InvalidArgumentError("columns", f"{len(kind.columns)} names, {' '.join(kind.columns)}", list(columns))
+        found = recognised(list(columns))
+        if kind is None and found is not None and len(found[1]) == len(columns):
+            return [cells.index(columns[k]) for k in found[1]], found[0], found[2]
+        return [cells.index(c) for c in columns], kind, False
+    if kind is not None:
+        found = recognised(cells)
+        if found is not None and found[0].name == kind.name:
+            return found[1], kind, found[2]
+        if len(cells) != len(kind.columns):
+            hint = f"name its {len(kind.columns)} by columns=; {there}"
+            raise RecordingError(path, place, f"which columns are {' '.join(kind.columns)}?", hint)
+        return list(range(len(cells))), kind, False
     lower = [cell.lower() for cell in cells]
-    found = [known for known in KNOWN if set(known) <= set(lower)]
-    found = [known for known in found if not any(set(known) < set(other) for other in found)]
-    if len(found) != 1:
-        problem = "names no known set of components" if not found else f"names {' and '.join(map(' '.join, found))}"
-        raise RecordingError(path, f"line {line}", problem, f"choose by columns=; {there}")
-    return tuple(cells[lower.index(name)] for name in found[0])
-
-
-def _is_number(cell: str) -> bool:
-    try:
-        float(cell)
-    except ValueError:
-        return False
-    return True
+    known = [names for names in KNOWN if set(names) <= set(lower)]
+    known = [names for names in known if not any(set(names) < set(other) for other in known)]
+    found = recognised(cells)
+    if not known and found is not None:
+        return found[1], found[0], found[2]
+    if len(known) != 1:
+        problem = "names no known set of components" if not known else f"names {' and '.join(map(' '.join, known))}"
+        raise RecordingError(path, place, problem, f"choose by columns=, or name angles by angles=; {there}")
+    return [lower.index(name) for name in known[0]], None, False

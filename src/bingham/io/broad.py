@@ -11,12 +11,17 @@ from typing import Any
 
 import numpy as np
 
+from bingham.errors import RecordingError
+from bingham.io.bounds import check_size
 from bingham.io.checks import damaged, existing, optional_module
 from bingham.io.fields import Fields
+from bingham.io.mat5 import read_mat5
+from bingham.io.registry import Format
 from bingham.recording import ImuRecording
 
 __all__ = ["read_broad"]
 
+FIELDS = ("imu_gyr", "imu_acc", "imu_mag", "opt_quat", "movement", "sampling_rate")
 HDF5_SIGNATURE = b"\x89HDF\r\n\x1a\n"
 
 
@@ -45,11 +50,10 @@ def read_broad(path: str | Path) -> ImuRecording:
     with path.open("rb") as file:
         start = file.read(520)
     hdf5 = HDF5_SIGNATURE in (start[:8], start[512:])  # MATLAB 7.3 puts 512 bytes of its own before it
-    fields = Fields(path, _read_hdf5(path) if hdf5 else _read_matlab(path))
+    fields = Fields(path, _read_hdf5(path) if hdf5 else read_mat5(path, FIELDS))
     gyroscope = fields.rows("imu_gyr", 3)
     reference = fields.quaternions("opt_quat")
-    return fields.build(
-        ImuRecording,
+    return fields.inertial(
         {"gyroscope": "imu_gyr", "accelerometer": "imu_acc", "magnetometer": "imu_mag", "reference": "opt_quat"},
         time=np.arange(len(gyroscope)) / fields.positive("sampling_rate"),
         gyroscope=gyroscope,
@@ -60,23 +64,46 @@ def read_broad(path: str | Path) -> ImuRecording:
     )
 
 
-def _read_matlab(path: Path) -> Mapping[str, Any]:
-    from scipy.io import loadmat
-
-    try:
-        return {str(name): value for name, value in loadmat(path).items()}
-    except Exception as error:  # scipy raises whatever its parser stumbles over
-        raise damaged(path, "MATLAB file", error) from error
-
-
 def _read_hdf5(path: Path) -> Mapping[str, Any]:
     h5py = optional_module("h5py", "reading HDF5 files")
     try:
-        with h5py.File(path, "r") as file:
-            content = {str(name): np.asarray(item) for name, item in file.items() if isinstance(item, h5py.Dataset)}
-            content.update({str(name): np.asarray(value) for name, value in file.attrs.items()})
-    except Exception as error:  # so does h5py
+        with h5py.File(path, "r", locking=False) as file:
+            content = {name: np.asarray(value) for name, value in file.attrs.items() if name in FIELDS}
+            for name in FIELDS:
+                if (link := file.get(name, getlink=True)) is not None:
+                    content[name] = _dataset(path, name, link, file, h5py)
+    except RecordingError:
+        raise
+    except Exception as error:  # h5py raises whatever its parser stumbles over
         raise damaged(path, "HDF5 file", error) from error
     if path.suffix == ".mat":  # MATLAB stores arrays column by column
         content = {name: value.T for name, value in content.items()}
     return content
+
+
+def _dataset(path: Path, name: str, link: Any, file: Any, h5py: Any) -> Any:
+    """Return a data set that lies in the file itself and is no larger than plausible."""
+    place = f"field {name}"
+    if not isinstance(link, h5py.HardLink):
+        raise RecordingError(
+            path, place, "links elsewhere, not necessarily into this file", "give the file with the data"
+        )
+    data = file[name]
+    if not isinstance(data, h5py.Dataset):
+        raise RecordingError(path, place, "is no array", "numbers are expected")
+    if data.external or data.is_virtual:
+        raise RecordingError(path, place, "keeps its numbers in another file", "give a file that holds its data")
+    if data.dtype.kind not in "biuf":
+        raise RecordingError(path, place, f"of type {data.dtype}", "numbers are expected")
+    check_size(path, place, float(np.prod(data.shape, dtype=np.float64)) * max(8, data.dtype.itemsize))
+    return np.asarray(data)
+
+
+FORMAT = Format(
+    name="broad",
+    title="BROAD",
+    expects="``.mat`` and ``.hdf5`` trials",
+    functions=("read_broad",),
+    read=read_broad,
+    signatures=(HDF5_SIGNATURE, b"MATLAB"),
+)

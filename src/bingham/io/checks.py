@@ -11,18 +11,28 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from bingham.errors import InvalidArgumentError, MissingExtraError, RecordingError, RecordingWarning
-from bingham.recording import ImuRecording, OrientationRecording, RowError, doubts
+from bingham.errors import InvalidArgumentError, MissingExtraError, RecordingError, RecordingWarning, RepairWarning
+from bingham.recording import (
+    LONG_GYROSCOPE_STEP,
+    NEVER_SECONDS,
+    ImuRecording,
+    OrientationRecording,
+    RowError,
+    as_seconds,
+    doubts,
+)
 
 __all__ = [
     "Place",
     "RecordingWarning",
     "build",
     "build_of_units",
+    "check_seconds",
     "existing",
     "normalised",
     "note",
     "optional_module",
+    "repaired",
     "time_from_nanoseconds",
 ]
 
@@ -31,6 +41,8 @@ Place = Callable[[str, int], str]
 
 R = TypeVar("R", ImuRecording, OrientationRecording)
 
+# What `as_seconds` suspects times to be → the unit to name.
+SUSPECTED = {"nano": "ns", "microseconds": "us", "milliseconds": "ms"}
 # Text files round quaternions to as few as four decimals; a wrong column order is much further off.
 QUATERNION_TOLERANCE = 1e-3
 # Deviations up to this are float32 rounding and not worth a warning; up to the next, float64 rounding.
@@ -41,6 +53,11 @@ DOUBLE_ROUNDING = 1e-12
 def note(message: str) -> None:
     """Warn the user about a recording."""
     warnings.warn(message, RecordingWarning, stacklevel=3)
+
+
+def repaired(message: str) -> None:
+    """Warn the user that something in a recording was put right; an error where the caller wants none of that."""
+    warnings.warn(message, RepairWarning, stacklevel=3)
 
 
 def existing(path: str | Path, *, folder: bool = False) -> Path:
@@ -84,6 +101,19 @@ def build_of_units(kind: type[R], path: Path, place: Place, fields: Mapping[str,
             hint = _state(doubt.quantity, doubt.unit) if units and doubt.unit else doubt.hint
             note(f"{path}: {doubt.quantity}: {doubt.question} {hint}")
     return recording
+
+
+def check_seconds(path: Path, place: Place, time: NDArray[np.float64], *, inertial: bool) -> None:
+    """Raise an error that names the unit if times whose unit nobody told cannot be seconds."""
+    try:
+        as_seconds(time, longest_step=LONG_GYROSCOPE_STEP if inertial else None)
+    except RowError as error:
+        question = error.hint.partition("?")[0]
+        unit = next((unit for word, unit in SUSPECTED.items() if word in question), "ns")
+        hint = f"{question}? State the unit: units={{'time': '{unit}'}}" + ", or 'us'" * ("nano- or" in question)
+        refuted = np.abs(time) >= NEVER_SECONDS
+        index = int(np.argmax(refuted)) if refuted.any() else error.index
+        raise RecordingError(path, place("time", index), error.problem, hint) from None
 
 
 def _state(quantity: str, unit: str) -> str:

@@ -1,4 +1,4 @@
-"""Which columns of a CSV mean what: units stand in the names or in options and are never guessed.
+"""Which columns of a text file mean what: units stand in the names, in a row below them or in options.
 
 ======================  =============================  ====================================================
 quantity                columns                        units: ``gx_deg_s``, ``gx [deg/s]``, ``gx (deg/s)``
@@ -6,7 +6,7 @@ quantity                columns                        units: ``gx_deg_s``, ``gx
 time                    ``t`` (``time``,               ``s`` (default), ``ms``, ``us``, ``ns``
                         ``timestamp``)
 gyroscope               ``gx gy gz``                   ``rad_s`` (default), ``deg_s``
-accelerometer           ``ax ay az``                   ``m_s2`` (default), ``g`` (9.80665 m/s²)
+accelerometer           ``ax ay az``                   ``m_s2`` (default), ``g`` (9.80665 m/s²), ``mg``
 magnetometer            ``mx my mz``                   any one
 orientation             ``qw qx qy qz`` or ``ux uy``   none; the reference where there is a gyroscope
 true orientation        ``ref_qw`` … or ``ref_ux`` …   none
@@ -15,21 +15,22 @@ samples that count      ``score`` (0 or 1)             none
 ======================  =============================  ====================================================
 
 Usual synonyms of an inertial sensor's columns are understood too, unless the file has orientations: ``gyro_x``,
-``gyr_x``, ``gyroscope x``, ``wx``, ``omega_x``; ``acc_x``, ``accel_x``, ``accelerometer x``; ``mag_x``,
-``magnetometer x``. Case does not matter, lines that start with ``#`` are comments, an empty cell means no sample.
+``GyrX``, ``Gyroscope X (deg/s)``, ``angular_velocity.x``, ``wx``; ``acc_x``, ``accel_x``, ``xacc``; ``mag_x``. Case
+does not matter. What the caller names wins over everything the file says.
 """
 
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import NamedTuple
 
 from bingham.errors import InvalidArgumentError, RecordingError
 from bingham.io.checks import note
-from bingham.io.units import UNITS, bracketed, spelled
+from bingham.io.units import UNITS, bracketed, factor_of, spelled
 
-__all__ = ["COLUMNS", "group", "understand"]
+__all__ = ["COLUMNS", "QUANTITY", "Found", "checked_units", "group", "understand"]
 
 COLUMNS = {
     "time": ["t"],
@@ -44,107 +45,215 @@ COLUMNS = {
     "score": ["score"],
 }
 QUANTITY = {column: quantity for quantity, columns in COLUMNS.items() for column in columns}
+SENSORS = ("gyroscope", "accelerometer", "magnetometer")
 ALIASES = {"time": "t", "timestamp": "t"}
-# Other usual names of an inertial sensor's columns, spaces read as underscores.
-SYNONYM = re.compile(
-    r"(?P<sensor>g|gyro|gyr|gyroscope|w|omega|a|acc|accel|accelerometer|m|mag|magnetometer)_?(?P<axis>[xyz])(?:_(?P<unit>\w+))?"
+# Other names of a time, used where none of the above is there.
+TIMES = re.compile(
+    r"(?:time_?stamp|date_?time|date|elapsed(?:_time)?|time_elapsed|seconds(?:_elapsed)?|secs|sec|sample_time(?:_fine)?|"
+    r"(?:unix|epoch|sensor|system|utc|gps)_?(?:time|stamp|timestamp)?|time_since_start|epoc)(?:_(?P<unit>s|ms|us|ns))?"
 )
+SENSOR = (
+    r"(?P<sensor>g|gyro|gyr|gyros|gyroscope|w|omega|angular_velocity|angular_rate|ang_vel|rotation_rate"
+    r"|a|acc|accel|accelerometer|acceleration|specific_force"
+    r"|m|mag|magn|magnet|magnetometer|magnetic_field)"
+)
+# Other usual names of an inertial sensor's columns, words joined by underscores.
+SYNONYM = re.compile(
+    rf"{SENSOR}(?:_(?:cal|calibrated|data|axis))?_?(?P<axis>[xyz])(?:_axis)?(?:_(?P<unit>\w+))?"
+    r"|(?P<first>[xyz])_?(?:axis_)?(?P<last>gyro|gyr|gyroscope|acc|accel|accelerometer|mag|magnetometer)(?:_(?P<of>\w+))?"
+)
+QUATERNION = re.compile(r"(?:q|quat|quaternion|orientation|rotation|attitude)_?(?P<axis>[wxyz])")
+LETTER = {"g": "g", "w": "g", "o": "g", "r": "g", "m": "m", "s": "a"}
 # Columns of a written track that a recording has no use for.
-TRACK_COLUMN = re.compile(r"cov_[xyz]{2}|z\d+|log_evidence|accepted|reason")
+TRACK_COLUMN = re.compile(
+    r"cov_[xyz]{2}|z\d+|log_evidence|accepted|reason|(?:bias|heading|inclination|roll|pitch|yaw).*"
+)
+
+
+class Found(NamedTuple):
+    """Columns that mean something: known name → number of the column and factor to SI.
+
+    ``told`` holds the quantities whose units the file or the caller names.
+    """
+
+    column: dict[str, int]
+    factor: dict[str, float]
+    told: set[str]
+
+    def add(self, name: str, column: int, factor: float | None) -> None:
+        """Add a column; a factor of None says that nobody told the unit."""
+        self.column[name], self.factor[name] = column, 1.0 if factor is None else factor
+        if factor is not None:
+            self.told.add(QUANTITY[name])
+
+
+def checked_units(units: Mapping[str, str]) -> dict[str, float]:
+    """Return the factors of the units that a caller names.
+
+    Raises
+    ------
+    InvalidArgumentError
+        If a quantity or its unit is unknown.
+    """
+    factors: dict[str, float] = {}
+    for quantity, unit in units.items():
+        factor = factor_of(unit, quantity)
+        if factor is None:
+            expected = f"one of {', '.join(UNITS.get(quantity, UNITS))}"
+            hint = "a number before it is a step, as 100us or 1/4096g" if quantity in UNITS else ""
+            raise InvalidArgumentError("units", expected, repr(unit if quantity in UNITS else quantity), hint)
+        factors[quantity] = factor
+    return factors
 
 
 def understand(
-    path: Path, place: str, own: list[str], columns: Mapping[str, str], units: Mapping[str, str]
-) -> tuple[dict[str, str], dict[str, float]]:
-    """Map known column names to the file's own names and to the factors that give SI units."""
-    asked = {quantity: spelled(unit) for quantity, unit in units.items()}
-    for quantity, unit in asked.items():
-        if unit not in UNITS.get(quantity, {}):
-            expected = f"one of {', '.join(UNITS.get(quantity, UNITS))}"
-            raise InvalidArgumentError("units", expected, repr(units[quantity] if quantity in UNITS else quantity))
+    path: Path,
+    place: str,
+    own: Sequence[str],
+    columns: Mapping[str, str],
+    units: Mapping[str, str],
+    below: Sequence[str] = (),
+) -> Found:
+    """Find the columns of known meaning among a file's own names.
+
+    Parameters
+    ----------
+    path, place : Path, str
+        File, and line of the names, for messages.
+    own : sequence of str
+        The file's names.
+    columns, units : mapping of str to str
+        What the caller names: known name → the file's own; quantity → unit. They win over what the file says.
+    below : sequence of str
+        Units that stand in a row below the names.
+    """
+    asked = checked_units(units)
+    found = Found({}, {}, set(asked))
     for name, theirs in columns.items():
         if name not in QUANTITY or theirs not in own:
-            got = f"{name!r}: {theirs!r}"
-            raise InvalidArgumentError("columns", "a known name and a column of the file", got, f"file has: {own}")
-    meanings = _meanings(own, {theirs: name for name, theirs in columns.items()})
-    found: dict[str, str] = {}
-    factors: dict[str, float] = {}
-    for theirs, name, unit in meanings:
-        if name in found:
-            raise RecordingError(path, place, f"columns {found[name]!r} and {theirs!r} both mean {name}", "drop one")
+            hint = f"file has: {', '.join(own)}"
+            known = f"a known name ({' '.join(QUANTITY)})" if name not in QUANTITY else "a column of the file"
+            raise InvalidArgumentError("columns", known, f"{name!r}: {theirs!r}", hint)
+        column = list(own).index(theirs)
         quantity = QUANTITY[name]
-        known = UNITS.get(quantity, {})
-        wanted = asked.get(quantity)
-        if unit is not None and wanted is not None and unit != wanted:
-            raise RecordingError(path, place, f"column {theirs!r} says {unit}, the option {wanted}", "drop the option")
-        unit = unit or wanted
-        if unit is not None and unit not in known:
-            raise RecordingError(
-                path, place, f"unknown unit of column {theirs!r}", f"known: {' '.join(known) or 'none'}"
-            )
-        found[name], factors[name] = theirs, 1.0 if unit is None else known[unit]
-    unknown = [theirs for theirs in own if theirs not in found.values() and not TRACK_COLUMN.fullmatch(theirs.lower())]
+        unit = bracketed(theirs)[1] or (below[column] if below else None)
+        factor = asked.get(quantity)
+        if factor is None and unit:
+            factor = factor_of(unit, quantity)
+        found.add(name, column, factor)
+    by_user = set(found.column.values())
+    meanings = _meanings([(k, theirs) for k, theirs in enumerate(own) if k not in by_user], found)
+    for column, name, unit in meanings:
+        quantity = QUANTITY[name]
+        if name in columns:
+            continue
+        if name in found.column:
+            first = own[found.column[name]]
+            hint = f"choose one by columns={{'{name}': ...}}"
+            raise RecordingError(path, place, f"columns {first!r} and {own[column]!r} both mean {name}", hint)
+        unit = unit or (below[column] if below else None)
+        found.add(name, column, _factor(path, place, own[column], quantity, unit, asked))
+    unknown = [
+        theirs
+        for k, theirs in enumerate(own)
+        if theirs and k not in found.column.values() and not TRACK_COLUMN.fullmatch(theirs.lower())
+    ]
     if unknown:
-        note(f"{path}: {place}: unknown columns left out: {', '.join(unknown)}; known: {' '.join(QUANTITY)}")
-    return found, factors
+        shown = ", ".join(unknown[:8]) + (f" and {len(unknown) - 8} more" if len(unknown) > 8 else "")
+        note(f"{path}: {place}: unknown columns left out: {shown}; known: {' '.join(QUANTITY)}")
+    return found
 
 
-def _meanings(own: list[str], renamed: Mapping[str, str]) -> list[tuple[str, str, str | None]]:
+def _factor(
+    path: Path, place: str, theirs: str, quantity: str, unit: str | None, asked: Mapping[str, float]
+) -> float | None:
+    """Return a column's factor to SI, None if neither the file nor the caller tells its unit."""
+    known = UNITS.get(quantity, {})
+    says = factor_of(unit, quantity) if unit else None
+    wanted = asked.get(quantity)
+    if wanted is not None:
+        if says is not None and abs(says - wanted) > 1e-9 * wanted:
+            note(f"{path}: {place}: column {theirs!r} says {unit}; taken as the option says")
+        return wanted
+    if unit and says is None and spelled(unit) not in ("no_units", "", "-", "1", "none", "unitless"):
+        raise RecordingError(path, place, f"unknown unit of column {theirs!r}", f"known: {' '.join(known) or 'none'}")
+    return says
+
+
+def _meanings(own: list[tuple[int, str]], found: Found) -> list[tuple[int, str, str | None]]:
     """Return the file's columns that mean something, with known names and units.
 
     Synonyms count where their quantity has no column by its known name, and never make an inertial recording of one
     of orientations.
     """
-    meanings: list[tuple[str, str, str | None]] = []
-    synonyms: list[tuple[str, str, str | None]] = []
-    for theirs in own:
-        if theirs in renamed:
-            name = renamed[theirs]
-            meanings.append((theirs, name, bracketed(theirs)[1] if QUANTITY[name] in UNITS else None))
-        elif (meaning := _split(theirs))[0] in QUANTITY:
-            meanings.append((theirs, *meaning))
+    meanings: list[tuple[int, str, str | None]] = []
+    synonyms: list[tuple[int, str, str | None]] = []
+    times: list[tuple[int, str, str | None]] = []
+    for k, theirs in own:
+        if (meaning := _split(theirs)) is not None:
+            meanings.append((k, *meaning))
         elif synonym := _synonym(theirs):
-            synonyms.append((theirs, *synonym))
-    there = {QUANTITY[name] for _, name, _ in meanings}
-    synonyms = [(theirs, name, unit) for theirs, name, unit in synonyms if QUANTITY[name] not in there]
+            synonyms.append((k, *synonym))
+        elif time := TIMES.fullmatch(joined(bracketed(theirs)[0])):
+            times.append((k, "t", bracketed(theirs)[1] or time["unit"]))
+    clocks = [k for k, name, _ in meanings if name == "t"]
+    if len(clocks) > 1:  # "T" beside a time is a temperature
+        names = dict(own)
+        meanings = [m for m in meanings if not (m[1] == "t" and bracketed(names[m[0]])[0] == "T")]
+    there = {QUANTITY[name] for _, name, _ in meanings} | {QUANTITY[name] for name in found.column}
+    synonyms = [(k, name, unit) for k, name, unit in synonyms if QUANTITY[name] not in there]
+    if "time" not in there:
+        meanings += times[:1]
     inertial = "gyroscope" in there
     if not inertial and not there & {"orientation", "axis"}:
-        inertial = any(QUANTITY[name] == "gyroscope" for _, name, _ in synonyms)
-    return meanings + synonyms if inertial else meanings
+        inertial = any(QUANTITY[name] in SENSORS for _, name, _ in synonyms)
+    return meanings + [s for s in synonyms if inertial or QUANTITY[s[1]] == "orientation"]
 
 
-def _split(theirs: str) -> tuple[str, str | None]:
+def joined(text: str) -> str:
+    """Return a name in lower case, its words joined by underscores: "GyrX", "gyr.x", "Gyr X" as "gyr_x"."""
+    text = re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "_", text)
+    text = re.sub(r"\[(\d+)\]", r"_\1", text)
+    return re.sub(r"[\s./:\-_]+", "_", text).strip("_").lower()
+
+
+def _split(theirs: str) -> tuple[str, str | None] | None:
     """Split ``gx [deg/s]`` or ``gx_deg_s`` into ``("gx", "deg_s")``."""
     text, unit = bracketed(theirs.lower())
-    if unit is not None:
-        return ALIASES.get(text, text), unit
     candidates = [*QUANTITY, *ALIASES]
     for name in sorted(candidates, key=len, reverse=True):
         canonical = ALIASES.get(name, name)
         if text == name:
-            return canonical, None
-        unit = spelled(text[len(name) + 1 :])
-        if text.startswith(f"{name}_") and unit in UNITS.get(QUANTITY[canonical], {}):
+            if canonical == "t" and unit and factor_of(unit, "time") is None and re.fullmatch(r"[-+]\d{4}", unit):
+                return None  # "timestamp (+0100)": a date beside another time
             return canonical, unit
-    return text, None
+        suffix = spelled(text[len(name) + 1 :])
+        if unit is None and text.startswith(f"{name}_") and suffix in UNITS.get(QUANTITY[canonical], {}):
+            return canonical, suffix
+    return None
 
 
 def _synonym(theirs: str) -> tuple[str, str | None] | None:
     """Return the meaning of a name like ``gyro_x``, ``Accel X (g)`` or ``wx_deg_s``, None if it is no such name."""
-    text, unit = bracketed(theirs.lower())
-    found = SYNONYM.fullmatch(re.sub(r"[\s.-]+", "_", text))
+    text, unit = bracketed(theirs)
+    text = joined(text)
+    if quaternion := QUATERNION.fullmatch(text):
+        return f"q{quaternion['axis']}", None
+    found = SYNONYM.fullmatch(text)
     if found is None:
         return None
-    name = found["sensor"][0].replace("w", "g").replace("o", "g") + found["axis"]
-    if found["unit"] is None:
+    word = found["sensor"] or found["last"]
+    letter = "g" if word.startswith(("angular", "ang_")) else LETTER.get(word[0], word[0])
+    name = letter + (found["axis"] or found["first"])
+    tail = found["unit"] or found["of"]
+    if tail is None:
         return name, unit
-    suffix = spelled(found["unit"])
+    suffix = spelled(tail, QUANTITY[name])
     return (name, suffix) if unit is None and suffix in UNITS[QUANTITY[name]] else None
 
 
-def group(path: Path, place: str, found: Mapping[str, str], own: list[str]) -> dict[str, list[str]]:
+def group(path: Path, place: str, found: Mapping[str, int], own: Sequence[str]) -> dict[str, list[str]]:
     """Gather columns into the fields of a recording; every quantity must be complete."""
-    has = f"the file has: {', '.join(own)}"
     groups: dict[str, list[str]] = {}
     for quantity, names in COLUMNS.items():
         present = [c for c in names if c in found]
@@ -156,11 +265,6 @@ def group(path: Path, place: str, found: Mapping[str, str], own: list[str]) -> d
             )
         if present:
             groups[quantity] = names
-    if "time" not in groups:
-        _reject_strange_unit(path, place, own, COLUMNS["time"])
-        raise RecordingError(
-            path, place, "names no column t", f"add the time in seconds or name it in columns={{'t': ...}}; {has}"
-        )
     inertial = "gyroscope" in groups
     for field, planar in (("orientation", "axis"), ("truth", "true axis")):
         if planar in groups:
@@ -174,25 +278,35 @@ def group(path: Path, place: str, found: Mapping[str, str], own: list[str]) -> d
         if groups.pop("position", None):
             note(f"{path}: {place}: px py pz left out: a recording of an inertial sensor has no positions")
         groups |= {"reference": references[0]} if references else {}
-    elif "orientation" not in groups:
-        _reject_strange_unit(path, place, own, COLUMNS["gyroscope"])
-        hint = f"name the columns so, or each by columns={{'gx': ...}}; {has}"
-        raise RecordingError(path, place, "neither gx gy gz nor qw qx qy qz", hint)
-    else:
-        for sensor in ("accelerometer", "magnetometer"):
-            if sensor in groups:
-                raise RecordingError(path, place, f"{sensor} without gx gy gz", "add the gyroscope or drop it")
     return groups
 
 
-def _reject_strange_unit(path: Path, place: str, own: list[str], names: list[str]) -> None:
+def check_complete(path: Path, place: str, groups: Mapping[str, list[str]], own: Sequence[str]) -> None:
+    """Raise an error if there is nothing to be filtered, or no time."""
+    has = f"the file has: {', '.join(own)}"
+    if "time" not in groups:
+        _reject_strange_unit(path, place, own, COLUMNS["time"])
+        hint = f"add the time in seconds, name it in columns={{'t': ...}} or give rate= in Hz; {has}"
+        raise RecordingError(path, place, "names no column t", hint)
+    if "gyroscope" in groups:
+        return
+    for sensor in ("accelerometer", "magnetometer"):
+        if sensor in groups:
+            raise RecordingError(path, place, f"{sensor} without gx gy gz", f"add the gyroscope or drop it; {has}")
+    if "orientation" not in groups:
+        _reject_strange_unit(path, place, own, COLUMNS["gyroscope"])
+        hint = f"name the columns so, or each by columns={{'gx': ...}}; {has}"
+        raise RecordingError(path, place, "neither gx gy gz nor qw qx qy qz", hint)
+
+
+def _reject_strange_unit(path: Path, place: str, own: Sequence[str], names: Sequence[str]) -> None:
     """Raise an error if one of the missing columns is there with a suffix that is no unit, as ``gx_furlong``."""
     for theirs in own:
-        text = re.sub(r"[\s.-]+", "_", theirs.lower())
+        text = joined(theirs)
         sensor, time = SYNONYM.fullmatch(text), re.fullmatch(r"(t|time|timestamp)_\w+", text)
-        name = (
-            "t" if time else sensor["sensor"][0].replace("w", "g").replace("o", "g") + sensor["axis"] if sensor else ""
-        )
-        if name in names and (time or (sensor and sensor["unit"])):
+        word = (sensor["sensor"] or sensor["last"]) if sensor else ""
+        axis = (sensor["axis"] or sensor["first"]) if sensor else ""
+        name = "t" if time else LETTER.get(word[:1], word[:1]) + axis
+        if name in names and (time or (sensor and (sensor["unit"] or sensor["of"]))):
             known = " ".join(UNITS[QUANTITY[name]])
             raise RecordingError(path, place, f"unknown unit of column {theirs!r}", f"known: {known}")

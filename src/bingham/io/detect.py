@@ -2,53 +2,45 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import inspect
+import warnings
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from bingham.errors import InvalidArgumentError, RecordingError
-from bingham.io.broad import HDF5_SIGNATURE, read_broad
+from bingham.errors import InvalidArgumentError, RecordingError, RepairWarning
+from bingham.io.bounds import bounded
 from bingham.io.checks import existing
-from bingham.io.csv import read_csv
-from bingham.io.euroc import read_euroc
-from bingham.io.npz import read_npz
-from bingham.io.rosbag import read_rosbag
-from bingham.io.text import is_utf16, numbered_lines
-from bingham.io.tum import read_tum
+from bingham.io.formats import FORMATS, supported
+from bingham.io.text import is_utf16, opened_text
+from bingham.io.together import is_split, read_together
 from bingham.recording import ImuRecording, OrientationRecording
 
 __all__ = ["detect_format", "read_recording"]
 
-READERS: dict[str, Callable[..., ImuRecording | OrientationRecording]] = {
-    "csv": read_csv,
-    "tum": read_tum,
-    "euroc": read_euroc,
-    "broad": read_broad,
-    "npz": read_npz,
-    "rosbag": read_rosbag,
-}
-SIGNATURES = {
-    b"PK\x03\x04": "npz",
-    HDF5_SIGNATURE: "broad",
-    b"MATLAB": "broad",
-    b"#ROSBAG V": "rosbag",
-    b"SQLite format 3\0": "rosbag",
-    b"\x89MCAP": "rosbag",
-}
-SUPPORTED = "supported: CSV with named columns, TUM, EuRoC, BROAD .mat/.hdf5, npz, ROS 1 .bag, ROS 2 folder/.db3/.mcap"
+LONGEST_SIGNATURE = 16
 
 
 def read_recording(
-    path: str | Path, *, format: str | None = None, **options: Any
+    path: str | Path | Sequence[str | Path],
+    *,
+    format: str | None = None,
+    strict: bool = False,
+    max_size: float | None = None,
+    **options: Any,
 ) -> ImuRecording | OrientationRecording:
     """Read a recording of any supported format.
 
     Parameters
     ----------
-    path : str or Path
-        File, or folder of a ROS 2 bag or EuRoC sequence.
-    format : {"csv", "tum", "euroc", "broad", "npz", "rosbag"}, optional
-        Format, if its recognition is not to be trusted.
+    path : str or Path, or sequence of them
+        File, or folder of a ROS 2 bag, EuRoC or KITTI sequence, or of files of one sensor each; or several such files.
+    format : str, optional
+        Format, if its recognition is not to be trusted: a name that ``bingham formats`` lists.
+    strict : bool
+        Make an error of everything that would be put right with a `RepairWarning`.
+    max_size : float, optional
+        Bytes to which the file may unfold; more than its size makes plausible is an error without it.
     **options
         Passed to the reader of the format.
 
@@ -60,13 +52,36 @@ def read_recording(
     Raises
     ------
     RecordingError
-        If the format is not recognised or the file not as its format promises.
+        If the format is not recognised, the file not as its format promises, or repaired although `strict`.
+    InvalidArgumentError
+        If the format is unknown or has no such option.
     """
+    several = not isinstance(path, str | Path)
+    first = Path(next(iter(path))) if several else Path(path)
+    with warnings.catch_warnings(), bounded(max_size):
+        if strict:
+            warnings.simplefilter("error", RepairWarning)
+        try:
+            if several or (format is None and is_split(first)):
+                return read_together([Path(p) for p in path] if several else [first], **options)
+            return _reader(first, format, options)(first, **options)
+        except RepairWarning as warning:
+            said = str(warning).removeprefix(f"{first}: ")
+            raise RecordingError(first, "", said, "leave strict=True out to have it put right") from None
+
+
+def _reader(path: Path, format: str | None, options: dict[str, Any]) -> Any:
     if format is None:
         format = detect_format(path)
-    elif format not in READERS:
-        raise InvalidArgumentError("format", f"one of {', '.join(READERS)}", repr(format))
-    return READERS[format](path, **options)
+    elif format not in FORMATS:
+        raise InvalidArgumentError("format", f"one of {', '.join(FORMATS)}", repr(format))
+    read = FORMATS[format].read
+    known = [name for name in inspect.signature(read).parameters if name != "path"]
+    if strange := next((name for name in options if name not in known), None):
+        raise InvalidArgumentError(
+            strange, f"a format that has such; {format} has {' '.join(known) or 'none'}", f"{path}"
+        )
+    return read
 
 
 def detect_format(path: str | Path) -> str:
@@ -79,28 +94,32 @@ def detect_format(path: str | Path) -> str:
     """
     path = Path(path)
     if path.is_dir():
-        if (path / "metadata.yaml").is_file():
-            return "rosbag"
-        if (path / "mav0").is_dir() or (path / "imu0").is_dir() or path.resolve().name == "imu0":
-            return "euroc"
-        raise RecordingError(path, "", "a folder that is neither a ROS 2 bag nor an EuRoC sequence", SUPPORTED)
+        for name, known in FORMATS.items():
+            if known.folder is not None and known.folder(path):
+                return name
+        problem = "a folder that is neither a ROS 2 bag, nor an EuRoC or KITTI sequence, nor one of a file a sensor"
+        raise RecordingError(path, "", problem, supported())
     existing(path)
     with path.open("rb") as file:
-        start = file.read(16)
-    for signature, name in SIGNATURES.items():
-        if start.startswith(signature):
+        start = file.read(LONGEST_SIGNATURE)
+    for name, known in FORMATS.items():
+        if start.startswith(known.signatures):
             return name
     if is_utf16(start):
-        numbered_lines(path)  # which says so
+        opened_text(path)  # which says so
     try:
-        lines = [line.strip() for _, line in numbered_lines(path)[:1000]]
+        head = [line for _, line in opened_text(path).head[:1000]]
     except RecordingError as error:
-        raise RecordingError(path, error.place, "no known format", SUPPORTED) from None
-    if lines[0].startswith("#") and "_RS_" in lines[0]:
-        return "euroc"
-    body = next((line for line in lines if not line.startswith("#")), "")
-    if len(body.split()) == 8 and not any(c in body for c in ",;"):
-        return "tum"
-    if any(c in body for c in ",;\t"):
+        raise RecordingError(path, error.place, "no known format", supported()) from None
+    for name, known in FORMATS.items():
+        if known.text is not None and name != "csv" and known.text(head):
+            return name
+    if any(len(line) > 2 and any(c in line for c in ",;\t|") for line in head) or _is_table(head):
         return "csv"
-    raise RecordingError(path, "line 1", "no known format", SUPPORTED)
+    raise RecordingError(path, "line 1", "no known format", supported())
+
+
+def _is_table(head: list[str]) -> bool:
+    """Whether the last lines of a beginning are cells between white space, as many in each."""
+    rows = [line.split() for line in head[-3:]]
+    return len(rows) > 1 and len(rows[-1]) > 2 and len({len(row) for row in rows[-2:]}) == 1

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from bingham.errors import RecordingError
 from bingham.io import checks
+from bingham.io.assemble import Stream, inertial_recording
 from bingham.recording import ImuRecording, OrientationRecording
 
 __all__ = ["Fields"]
@@ -91,4 +92,22 @@ class Fields:
             if isinstance(value, np.ndarray) and len(np.atleast_1d(value)) != size:
                 got = f"{len(np.atleast_1d(value))} rows beside {size} times"
                 raise RecordingError(self.path, f"field {names.get(field, field)}", got, "copy the file again")
-        return checks.build(kind, self.path, lambda field, k: self.place(names.get(field, field), k), **values)
+        return checks.build(kind, self.path, self._places(names), **values)
+
+    def inertial(self, names: Mapping[str, str], *, regularise: bool = False, **values: Any) -> ImuRecording:
+        """Make an inertial recording, its clock put right; `names` as for `build`."""
+        time, gyroscope = values.pop("time"), values.pop("gyroscope")
+        sensors = {"gyroscope": gyroscope} | {
+            s: values.pop(s) for s in ("accelerometer", "magnetometer") if s in values
+        }
+        rows = {name: values.pop(name) for name in ("reference", "score") if values.get(name) is not None}
+        for field, value in (sensors | rows).items():
+            if value is not None and len(value) != len(time):
+                got = f"{len(value)} rows beside {len(time)} times"
+                raise RecordingError(self.path, f"field {names.get(field, field)}", got, "copy the file again")
+        streams = {name: Stream(time, value) for name, value in sensors.items() if value is not None}
+        place = self._places(names)
+        return inertial_recording(self.path, place, streams, rows, regularise=regularise, units=False, **values)
+
+    def _places(self, names: Mapping[str, str]) -> checks.Place:
+        return lambda field, k: self.place(names.get(field, field), k)

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import math
+import zipfile
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -10,8 +12,10 @@ import numpy as np
 
 from bingham.atomic import replaced
 from bingham.errors import RecordingError
+from bingham.io.bounds import check_size
 from bingham.io.checks import damaged, existing, note
 from bingham.io.fields import Fields
+from bingham.io.registry import Format
 from bingham.io.trial import trial
 from bingham.recording import ImuRecording, OrientationRecording
 
@@ -19,6 +23,8 @@ __all__ = ["load_archive", "read_npz", "save_archive", "write_npz"]
 
 # The archive's field `format` says which of these it holds; archives without it hold somebody else's arrays.
 IMU, ORIENTATIONS = "bingham-imu-1", "bingham-orientations-1"
+
+LONGEST_TEXT = 16_384  # bytes
 
 ORIENTATION_FIELDS = ("time", "orientation", "position", "truth", "score")
 IMU_FIELDS = ("time", "gyroscope", "accelerometer", "magnetometer", "reference", "score")
@@ -43,27 +49,26 @@ def read_npz(path: str | Path) -> ImuRecording | OrientationRecording:
         If the archive is damaged or a field is missing or malformed.
     """
     path = existing(path)
-    content = load_archive(path)
+    content = Archive(path)
     if "format" not in content:
         return trial(path, content)
-    kind = str(content["format"])
+    kind = _text(path, content, "format")
     fields = Fields(path, content)
     if kind == ORIENTATIONS:
-        return fields.build(
-            OrientationRecording, {}, name=_text(content, "name"), **_present(fields, ORIENTATION_FIELDS)
-        )
+        values = {"orientation": fields.as_numbers("orientation")} | _present(fields, ORIENTATION_FIELDS)
+        return fields.build(OrientationRecording, {}, name=_text(path, content, "name"), **values)
     if kind != IMU:
         raise RecordingError(path, "field format", f"is {kind!r}", f"a recording has {IMU!r} or {ORIENTATIONS!r}")
     truth = None
     if "truth_time" in content:
         names = {name: f"truth_{name}" for name in ORIENTATION_FIELDS}
         values = _present(fields, ORIENTATION_FIELDS, "truth_")
-        truth = fields.build(OrientationRecording, names, name=_text(content, "truth_name"), **values)
+        truth = fields.build(OrientationRecording, names, name=_text(path, content, "truth_name"), **values)
     known = ("format", "name", "earth_frame", "truth_name", *IMU_FIELDS, *(f"truth_{n}" for n in ORIENTATION_FIELDS))
     if unknown := [name for name in content if name not in known]:
         note(f"{path}: unknown fields left out: {', '.join(unknown)}; known: {' '.join(IMU_FIELDS)}")
-    values = _present(fields, IMU_FIELDS)
-    about = {"name": _text(content, "name"), "earth_frame": _text(content, "earth_frame"), "truth": truth}
+    values = {"gyroscope": fields.as_numbers("gyroscope")} | _present(fields, IMU_FIELDS)
+    about = {"name": _text(path, content, "name"), "earth_frame": _text(path, content, "earth_frame"), "truth": truth}
     return fields.build(ImuRecording, {}, **about, **values)
 
 
@@ -89,16 +94,71 @@ def write_npz(path: str | Path, recording: ImuRecording | OrientationRecording) 
     save_archive(path, content)
 
 
+class Archive(Mapping[str, Any]):
+    """Arrays of an npz archive, each read when it is asked for; nothing in them is executed.
+
+    Parameters
+    ----------
+    path : Path
+        File.
+
+    Raises
+    ------
+    RecordingError
+        If it is no such archive; when an array is asked for that is damaged, of objects, or larger than plausible.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self._path = path
+        with path.open("rb") as file:
+            if file.read(4) != b"PK\x03\x04":
+                raise RecordingError(path, "", "not an npz archive", "save named arrays by numpy.savez")
+        try:
+            with zipfile.ZipFile(path) as archive:
+                names = [info.filename for info in archive.infolist()]
+        except Exception as error:  # zipfile raises whatever it stumbles over
+            raise damaged(path, "npz archive", error) from error
+        self._members = {name.removesuffix(".npy"): name for name in names if name.endswith(".npy")}
+        self._read: dict[str, Any] = {}
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._members)
+
+    def __len__(self) -> int:
+        return len(self._members)
+
+    def __getitem__(self, name: str) -> Any:
+        if name not in self._read:
+            if name not in self._members:
+                raise KeyError(name)
+            self._read[name] = self._array(name)
+        return self._read[name]
+
+    def _array(self, name: str) -> Any:
+        try:
+            with zipfile.ZipFile(self._path) as archive:
+                with archive.open(self._members[name]) as member:
+                    version = np.lib.format.read_magic(member)
+                    read_header = np.lib.format.read_array_header_1_0
+                    shape, _, dtype = (read_header if version == (1, 0) else np.lib.format.read_array_header_2_0)(
+                        member
+                    )
+                if dtype.hasobject:
+                    raise RecordingError(self._path, f"field {name}", "holds objects", "numbers are expected")
+                size = math.prod(shape) * max(dtype.itemsize, 8)
+                others = sum(getattr(values, "nbytes", 0) for values in self._read.values())
+                check_size(self._path, f"field {name}", float(size + others))
+                with archive.open(self._members[name]) as member:
+                    return np.lib.format.read_array(member, allow_pickle=False)
+        except RecordingError:
+            raise
+        except Exception as error:  # NumPy and zipfile raise whatever they stumble over
+            raise damaged(self._path, "npz archive", error) from error
+
+
 def load_archive(path: Path) -> dict[str, Any]:
-    """Return all arrays of an archive; nothing in it is executed."""
-    with path.open("rb") as file:
-        if file.read(4) != b"PK\x03\x04":
-            raise RecordingError(path, "", "not an npz archive", "save named arrays by numpy.savez")
-    try:
-        with np.load(path, allow_pickle=False) as archive:
-            return {name: archive[name] for name in archive.files}
-    except Exception as error:  # NumPy and zipfile raise whatever they stumble over
-        raise damaged(path, "npz archive", error) from error
+    """Return all arrays of an archive."""
+    return dict(Archive(path))
 
 
 def save_archive(path: str | Path, content: Mapping[str, Any]) -> None:
@@ -109,9 +169,31 @@ def save_archive(path: str | Path, content: Mapping[str, Any]) -> None:
 
 def _present(fields: Fields, names: tuple[str, ...], prefix: str = "") -> dict[str, Any]:
     """Fields of a recording that the archive has; the recording type checks their shapes."""
-    there = {name: fields.array(prefix + name) for name in names if prefix + name in fields.content}
-    return {"time": fields.array(prefix + "time")} | there
+    there: dict[str, Any] = {"time": fields.as_numbers(prefix + "time")}
+    for name in names:
+        if (own := prefix + name) in fields.content and name != "time":
+            there[name] = fields.flags(own) if name == "score" else fields.as_numbers(own)
+    return there
 
 
-def _text(content: Mapping[str, Any], name: str) -> str:
-    return str(content.get(name, ""))
+def _text(path: Path, content: Mapping[str, Any], name: str) -> str:
+    """Return a field of text, "" where it is absent."""
+    values = content.get(name)
+    if values is None:
+        return ""
+    if values.dtype.kind not in "US" or values.size != 1 or values.nbytes > LONGEST_TEXT:
+        raise RecordingError(path, f"field {name}", "is no text", "copy the file again")
+    try:
+        return str(values.ravel()[0] if values.dtype.kind == "U" else values.ravel()[0].decode("utf-8"))
+    except (ValueError, SystemError, UnicodeError):
+        raise RecordingError(path, f"field {name}", "is damaged text", "copy the file again") from None
+
+
+FORMAT = Format(
+    name="npz",
+    title="npz",
+    expects="arrays by name, see `Arrays of an npz file`_; also what `write_npz` writes",
+    functions=("read_npz", "write_npz"),
+    read=read_npz,
+    signatures=(b"PK\x03\x04",),
+)

@@ -14,9 +14,21 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from bingham.errors import InvalidArgumentError, RecordingError
-from bingham.io.checks import damaged, optional_module
+from bingham.io.checks import damaged, note, optional_module
 
-__all__ = ["ABSENT", "FIELD", "IMU", "Topic", "is_absent", "opened", "read_topics", "stamp_of", "topic_named", "xyz"]
+__all__ = [
+    "ABSENT",
+    "FIELD",
+    "IMU",
+    "Topic",
+    "collect",
+    "is_absent",
+    "opened",
+    "read_topics",
+    "stamp_of",
+    "topic_named",
+    "xyz",
+]
 
 IMU, FIELD = "sensor_msgs/msg/Imu", "sensor_msgs/msg/MagneticField"
 ABSENT = -1.0  # first entry of a covariance: the driver does not measure this quantity
@@ -46,23 +58,51 @@ def read_topics(
     stamps : {"header", "bag"}
         Which time of a message to give.
     """
-    if stamps not in ("header", "bag"):
-        raise InvalidArgumentError("stamps", "'header' or 'bag'", repr(stamps))
     with opened(path) as bag:
         names = {kind: topic_named(path, bag.connections, kind, asked) for kind, (asked, _) in wanted.items()}
-        topics = {kind: Topic(name, [], []) for kind, name in names.items()}
-        chosen = [c for c in bag.connections if names.get(c.msgtype) == c.topic]
-        for connection, received, data in bag.messages(connections=chosen):
-            message = bag.deserialize(data, connection.msgtype)
-            topic = topics[connection.msgtype]
-            topic.stamps.append(stamp_of(message, received, stamps))
-            topic.values.append(wanted[connection.msgtype][1](message))
-        there = sum(len(topic.stamps) for topic in topics.values())
-        if there != (promised := sum(c.msgcount for c in chosen)):
-            problem = f"{there} messages, where its index promises {promised}"
-            raise RecordingError(path, "", problem, "the bag looks cut off: copy it again")
+        takes = {name: wanted[kind][1] for kind, name in names.items() if name}
+        there = collect(path, bag, takes, stamps)
+    topics = {kind: there.get(name, Topic(name, [], [])) for kind, name in names.items()}
     if IMU in topics and not topics[IMU].stamps:
         raise RecordingError(path, f"topic {names[IMU]}", "has no messages", "name another topic by imu_topic=")
+    return topics
+
+
+def collect(path: Path, bag: Any, takes: Mapping[str, Callable[[Any], Any]], stamps: str) -> dict[str, Topic]:
+    """Return the messages of topics of an open bag.
+
+    Parameters
+    ----------
+    path, bag : Path, rosbags.highlevel.AnyReader
+        The bag.
+    takes : mapping of str to callable
+        Topic → what to take from a message; a message of which it takes None is left out.
+    stamps : {"header", "bag"}
+        Which time of a message to give; drivers that leave all headers' stamps equal get the bag's.
+    """
+    if stamps not in ("header", "bag"):
+        raise InvalidArgumentError("stamps", "'header' or 'bag'", repr(stamps))
+    chosen = [c for c in bag.connections if c.topic in takes]
+    times: dict[str, list[tuple[int, int]]] = {name: [] for name in takes}
+    values: dict[str, list[Any]] = {name: [] for name in takes}
+    there = 0
+    for connection, received, data in bag.messages(connections=chosen):
+        there += 1
+        message = bag.deserialize(data, connection.msgtype)
+        taken = takes[connection.topic](message)
+        if taken is not None:
+            values[connection.topic].append(taken)
+            times[connection.topic].append((received, stamp_of(message, received, "header")))
+    if there != (promised := sum(c.msgcount for c in chosen)):
+        problem = f"{there} messages, where its index promises {promised}"
+        raise RecordingError(path, "", problem, "the bag looks cut off: copy it again")
+    topics: dict[str, Topic] = {}
+    for name, both in times.items():
+        which = 0 if stamps == "bag" else 1
+        if which and len(both) > 1 and len({header for _, header in both}) == 1:
+            note(f"{path}: topic {name}: all stamps of its headers are equal; times of recording taken")
+            which = 0
+        topics[name] = Topic(name, [pair[which] for pair in both], values[name])
     return topics
 
 
@@ -110,8 +150,13 @@ def topic_named(path: Path, connections: list[Any], kind: str, asked: str | None
 
 def stamp_of(message: Any, received: int, stamps: str) -> int:
     """Return when a message was measured (its header) or recorded, ns."""
-    header = message.header.stamp
-    return received if stamps == "bag" else header.sec * 1_000_000_000 + header.nanosec
+    header = getattr(message, "header", None)
+    if header is None:  # TFMessage: each transform has its own
+        transforms = getattr(message, "transforms", None)
+        header = transforms[0].header if transforms else None
+    if stamps == "bag" or header is None:
+        return received
+    return header.stamp.sec * 1_000_000_000 + header.stamp.nanosec
 
 
 def is_absent(covariance: Any) -> bool:

@@ -79,8 +79,7 @@ def _imu(fields: Fields) -> ImuRecording:
             orientation=fields.quaternions("mocap_quat"),
             position=fields.rows("mocap_pos", 3) if "mocap_pos" in there else None,
         )
-    return fields.build(
-        ImuRecording,
+    return fields.inertial(
         {"time": t, "gyroscope": gyr, "accelerometer": acc, "magnetometer": mag, "reference": "ref_i16"},
         time=time,
         gyroscope=gyroscope,

@@ -11,23 +11,30 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from bingham.atomic import replaced
-from bingham.io.checks import build, normalised
-from bingham.io.text import TextTable, numbered_lines
+from bingham.errors import RecordingError
+from bingham.io.assemble import orientation_recording
+from bingham.io.checks import normalised
+from bingham.io.layout import COMMENTS, NUMBER, Layout
+from bingham.io.registry import Format
+from bingham.io.table import read_table
+from bingham.io.text import opened_text
 from bingham.recording import OrientationRecording
 
 __all__ = ["read_tum", "write_tum"]
 
 COLUMNS = ["time", "tx", "ty", "tz", "qx", "qy", "qz", "qw"]
-WXYZ = ["qw", "qx", "qy", "qz"]
+AT = {"time": [0], "position": [1, 2, 3], "orientation": [7, 4, 5, 6]}  # scalar last in the file
 
 
-def read_tum(path: str | Path) -> OrientationRecording:
+def read_tum(path: str | Path, *, regularise: bool = False) -> OrientationRecording:
     """Read a trajectory.
 
     Parameters
     ----------
     path : str or Path
         Text file of eight columns.
+    regularise : bool
+        Put times on a straight line between pauses: for samples taken regularly and stamped on arrival.
 
     Returns
     -------
@@ -44,17 +51,22 @@ def read_tum(path: str | Path) -> OrientationRecording:
     RecordingError
         If the file is not such a trajectory, naming the line.
     """
-    body = [(k, line) for k, line in numbered_lines(path) if not line.lstrip().startswith("#")]
-    table = TextTable.parse(path, COLUMNS, body, None)
-    columns = {"time": ["time"], "position": COLUMNS[1:4], "orientation": WXYZ}
+    text = opened_text(path)
+    first = next((k for k, line in text.head if not line.lstrip().startswith(COMMENTS)), 0)
+    if not first:
+        raise RecordingError(text.path, "", "no rows of numbers", "record or copy it again")
+    layout = Layout(None, ".", COLUMNS, [], 0, first, len(COLUMNS))
+    table = read_table(text, layout, range(len(COLUMNS)))
 
     def place(field: str, index: int) -> str:
-        return table.place(columns[field], index)
+        return table.place(AT[field], index)
 
-    orientation = normalised(table.path, "orientation", table.as_numbers(WXYZ), place)
-    position = table.as_numbers(columns["position"])
-    time = table.as_numbers(["time"])[:, 0]
-    return build(OrientationRecording, table.path, place, time=time, orientation=orientation, position=position)
+    rows = {
+        "time": table.columns[0],
+        "position": table.matrix(AT["position"], [1.0] * 3),
+        "orientation": normalised(text.path, "orientation", table.matrix(AT["orientation"], [1.0] * 4), place),
+    }
+    return orientation_recording(text.path, place, rows, regularise=regularise)
 
 
 def write_tum(path: str | Path, *, time: ArrayLike, orientation: ArrayLike, position: ArrayLike | None = None) -> None:
@@ -80,3 +92,19 @@ def write_tum(path: str | Path, *, time: ArrayLike, orientation: ArrayLike, posi
         if recording.position is None:
             file.write("# no positions: tx ty tz are zero\n")
         file.writelines(" ".join(map(repr, row)) + "\n" for row in rows.tolist())
+
+
+def _is_tum(head: list[str]) -> bool:
+    body = next((line for line in head if not line.lstrip().startswith(COMMENTS)), "")
+    cells = body.split()
+    return len(cells) == 8 and all(NUMBER.fullmatch(cell) and "," not in cell for cell in cells)
+
+
+FORMAT = Format(
+    name="tum",
+    title="TUM",
+    expects="``t x y z qx qy qz qw``, seconds, scalar *last*",
+    functions=("read_tum", "write_tum"),
+    read=read_tum,
+    text=_is_tum,
+)

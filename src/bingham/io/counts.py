@@ -1,0 +1,64 @@
+"""What numbers tell about a sensor: raw counts of a converter are no rates and forces; x, y, z of an unnamed sensor."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bingham.errors import RecordingError
+from bingham.io.checks import note
+from bingham.io.columns import Found
+from bingham.io.layout import Layout
+
+__all__ = ["reject_counts", "sensor_of_numbers"]
+
+FloatArray = NDArray[np.float64]
+GRAVITY = (4.0, 30.0)  # m/s², what a bodily accelerometer usually measures lies between
+NEAR_GRAVITY, NEAR_ONE = (9.0, 10.8), (0.7, 1.4)
+MANY_RAD = 100.0  # integers beyond it are no rates in rad/s
+DISTINCT = 10  # values that a converter's counts take on at least, noise and all
+SOME = 2000  # rows that are looked at first
+HINT = "give the scales of the data sheet: units={'accelerometer': '1/4096g', 'gyroscope': '1/16.4deg_s'}"
+
+
+def reject_counts(path: Path, values: Mapping[str, FloatArray], found: Found) -> None:
+    """Raise an error if gyroscope and accelerometer hold the integers of a converter, and nobody told their scale."""
+    force, rate = values.get("accelerometer"), values.get("gyroscope")
+    if force is not None and _integers(force, found.factor.get("ax", 1.0)):
+        usual = float(np.nanmedian(np.linalg.norm(force, axis=1)))
+        if not GRAVITY[0] < usual < GRAVITY[1]:
+            raw = usual / found.factor.get("ax", 1.0)
+            problem = f"integers, usually {raw:.4g} where gravity alone is 9.81 m/s²: raw counts"
+            raise RecordingError(path, "accelerometer", problem, HINT)
+    if rate is not None and "gyroscope" not in found.told and _integers(rate, found.factor.get("gx", 1.0)):
+        largest = float(np.nanmax(np.abs(rate)))
+        if largest > MANY_RAD:
+            problem = f"integers up to {largest:.4g}, which are no rad/s: raw counts"
+            raise RecordingError(path, "gyroscope", problem, HINT)
+
+
+def sensor_of_numbers(path: Path, values: FloatArray, layout: Layout, columns: list[int]) -> str:
+    """Return which sensor columns x, y, z without unit are of, with a warning that names how to say so."""
+    norm = np.linalg.norm(values, axis=1)
+    usual, *steady = (float(np.nanquantile(norm, q)) for q in (0.5, 0.1, 0.9))
+    x, y, z = (layout.names[k] for k in columns)
+    if NEAR_ONE[0] < steady[0] <= steady[1] < NEAR_ONE[1]:
+        hint = f"name them, as columns={{'gx': {x!r}, 'gy': {y!r}, 'gz': {z!r}}}"
+        raise RecordingError(path, f"columns {x} {y} {z}", "of which sensor?", hint)
+    kind = "accelerometer" if NEAR_GRAVITY[0] < usual < NEAR_GRAVITY[1] else "gyroscope"
+    unit, first = ("m/s²", "ax") if kind == "accelerometer" else ("rad/s", "gx")
+    hint = f"name another by columns={{'{first}': {x!r}, ...}}"
+    note(f"{path}: columns {x} {y} {z} of no named sensor taken for the {kind}'s, {unit}; {hint}")
+    return kind
+
+
+def _integers(values: FloatArray, factor: float) -> bool:
+    """Whether all numbers are integers before a unit's factor, and of many values."""
+    for rows in (values[:SOME], values):
+        raw = rows[np.isfinite(rows)] / factor
+        if np.unique(raw[:SOME]).size < DISTINCT or np.abs(raw - np.round(raw)).max() > 1e-6:
+            return False
+    return True

@@ -1,0 +1,191 @@
+"""Where the table of a text file begins, what separates its cells, and what its columns are called.
+
+Loggers write preambles, comments, a row of units below the names, or no names at all. The table begins where lines of
+as many cells each, most of them numbers, follow each other; its names stand above.
+"""
+
+from __future__ import annotations
+
+import csv
+import re
+from dataclasses import dataclass, field
+
+from bingham.errors import RecordingError
+from bingham.io.dates import is_date
+from bingham.io.text import TextFile
+
+__all__ = ["COMMENTS", "NUMBER", "Layout", "find_layout", "split_cells"]
+
+COMMENTS = ("#", "//", "%")
+NUMBER = re.compile(r"[-+]?(?:\d+(?:[.,]\d*)?|[.,]\d+)(?:[eE][-+]?\d+)?", re.ASCII)
+COMMA_NUMBER = re.compile(r"[-+]?\d*,\d+(?:[eE][-+]?\d+)?", re.ASCII)
+NOTHING = {"", "nan", "null", "none", "na", "n/a", "-nan", "inf", "-inf", "true", "false"}
+SEPARATORS = (",", ";", "\t", "|", None)
+ROWS = 3  # that are alike make a table, fewer at the end of a file
+LONGEST_CELL = 65_536
+
+
+@dataclass(frozen=True, slots=True)
+class Layout:
+    """How a text file keeps its table.
+
+    Parameters
+    ----------
+    separator : str or None
+        Between cells; None: white space.
+    decimal : {".", ","}
+        Decimal mark.
+    names : list of str
+        What the file calls its columns; empty where it does not say.
+    units : list of str
+        What a row of units below the names says; empty without.
+    header : int
+        Line of the names, 0 without.
+    first : int
+        Line of the first row.
+    width : int
+        Cells in a row.
+    preamble : list of str
+        Lines above the names, and comments.
+    """
+
+    separator: str | None
+    decimal: str
+    names: list[str]
+    units: list[str]
+    header: int
+    first: int
+    width: int
+    preamble: list[str] = field(default_factory=list[str])
+
+
+def split_cells(line: str, separator: str | None) -> list[str]:
+    """Return the cells of a line, stripped of white space and quotes; a lone cell if its quotes do not match."""
+    if separator is None:
+        return line.split()
+    if '"' not in line:
+        return [cell.strip() for cell in line.split(separator)]
+    try:
+        return [cell.strip() for cell in next(csv.reader([line], delimiter=separator, skipinitialspace=True))]
+    except (csv.Error, StopIteration):
+        return [line]
+
+
+def find_layout(text: TextFile) -> Layout:
+    """Find the table of a text file.
+
+    Raises
+    ------
+    RecordingError
+        If no lines of it look like the rows of one.
+    """
+    lines = text.head
+    if lines[0][1].lower().startswith("sep="):  # what spreadsheets and Shimmer write
+        given = lines[0][1][4:].strip(' "').replace("\\t", "\t") or "\t"
+        found = _table(lines[1:], given[:1], text.complete)
+        candidates = [found] if found else []
+    else:
+        candidates = [t for s in SEPARATORS if (t := _table(lines, s, text.complete)) is not None]
+    if not candidates:
+        problem = "only comments in it" if all(_is_comment(line) for _, line in lines) else "no rows of numbers"
+        raise RecordingError(text.path, "", problem, "a table is expected, one sample a line")
+    return max(candidates, key=_credibility)
+
+
+def _credibility(layout: Layout) -> tuple[bool, int, int]:
+    return bool(layout.names), layout.width, -layout.first
+
+
+def _is_comment(line: str) -> bool:
+    return line.lstrip().startswith(COMMENTS)
+
+
+def _is_number(cell: str, *, comma: bool) -> bool:
+    return cell.lower() in NOTHING or bool(
+        NUMBER.fullmatch(cell) if comma else NUMBER.fullmatch(cell) and "," not in cell
+    )
+
+
+def _is_row(cells: list[str], separator: str | None) -> bool:
+    """Whether cells look like samples: one cell or more is a number or date, and at most half are words."""
+    numbers = [_is_number(c, comma=separator != ",") or is_date(c) for c in cells]
+    said = [good for good, c in zip(numbers, cells, strict=True) if c.lower() not in NOTHING]
+    return bool(said) and any(said) and 2 * sum(numbers) >= len(cells)
+
+
+def _table(lines: list[tuple[int, str]], separator: str | None, complete: bool) -> Layout | None:
+    body = [(k, line) for k, (_, line) in enumerate(lines) if not _is_comment(line)]
+    cells = [split_cells(line, separator) for _, line in body[:2000]]
+    alike = [len(c) > (separator is not None) and _is_row(c, separator) for c in cells]
+    for k, good in enumerate(alike):
+        following = range(k, min(k + ROWS, len(cells)))
+        enough = len(following) == ROWS or complete
+        if good and enough and all(alike[i] and len(cells[i]) == len(cells[k]) for i in following):
+            return _layout(lines, [i for i, _ in body], cells, k, separator)
+        if good and len(following) < ROWS and complete:
+            return _layout(lines, [i for i, _ in body], cells, k, separator)
+    return None
+
+
+def _layout(
+    lines: list[tuple[int, str]], at: list[int], cells: list[list[str]], k: int, separator: str | None
+) -> Layout:
+    """Make the layout of a table whose first row is the k-th line that is no comment."""
+    width = len(cells[k])
+    names, units, header = _names(lines, at, cells, k, width, separator)
+    width = len(names) or width
+    decimal = "."
+    if separator != ",":
+        sample = [cell for row in cells[k : k + 100] if len(row) == width for cell in row]
+        if any(COMMA_NUMBER.fullmatch(cell) for cell in sample) and not any(
+            re.fullmatch(r"-?\d*\.\d+", c) for c in sample
+        ):
+            decimal = ","
+    top = next((i for i, (number, _) in enumerate(lines) if number == header), at[k])
+    preamble = [line for line in (line for _, line in lines[: at[k]]) if line != (lines[top][1] if header else None)]
+    return Layout(separator, decimal, names, units, header, lines[at[k]][0], width, preamble)
+
+
+def _names(
+    lines: list[tuple[int, str]], at: list[int], cells: list[list[str]], k: int, width: int, separator: str | None
+) -> tuple[list[str], list[str], int]:
+    """Return the names above the table, units between, and the line of the names: 0 if there are none."""
+    above = [(lines[at[i]][0], cells[i]) for i in range(max(k - 2, 0), k)]
+    above = [(number, row) for number, row in above if _fits(row, width)]
+    if len(above) == 2 and _are_units(above[1][1]) and not _are_units(above[0][1]):
+        return _fitted(above[0][1], width), _fitted(above[1][1], width), above[0][0]
+    if above and k and above[-1][0] == lines[at[k - 1]][0]:
+        return _fitted(above[-1][1], width), [], above[-1][0]
+    direct = cells[k - 1] if k else []
+    if len(direct) > 2 and 2 * len(direct) >= width and not any(NUMBER.fullmatch(c) for c in direct):
+        return direct, [], lines[at[k - 1]][0]  # names, but not as many as cells: the reader of rows says so
+    # A comment right above may hold the names: "#timestamp [ns],…", "%time,field.…".
+    for number, line in reversed(lines[: at[k]]):
+        if not _is_comment(line):
+            break
+        row = split_cells(line.strip().lstrip("#/% "), separator)
+        sentence = separator is None and not re.match(
+            r"t(ime|imestamp)?(?![a-z])", row[0] if row else "", re.IGNORECASE
+        )
+        distinct = len(set(row)) == len(row) > 1 and not any(NUMBER.fullmatch(c) for c in row)
+        if _fits(row, width) and distinct and not sentence:
+            return _fitted(row, width), [], number
+    return [], [], 0
+
+
+def _fits(row: list[str], width: int) -> bool:
+    """Whether names are as many as cells; one of them may end in a separator too many."""
+    return len(row) == width or (len(row) == width + 1 and not row[-1]) or (len(row) == width - 1 and bool(row[-1]))
+
+
+def _fitted(row: list[str], width: int) -> list[str]:
+    return [*row, ""][:width]
+
+
+def _are_units(row: list[str]) -> bool:
+    """Whether a row below the names holds units: known ones, most of them."""
+    from bingham.io.units import UNITS, spelled
+
+    known = {unit for units in UNITS.values() for unit in units} | {"no_units", "", "%", "c", "hz", "mv", "kpa", "degc"}
+    cells = [re.sub(r"^[\[(]|[\])]$", "", cell) for cell in row]
+    return any(cells) and 2 * sum(spelled(c) in known or c.lower().startswith("yyyy") for c in cells) > len(cells)
