@@ -98,7 +98,8 @@ def test_topics_are_chosen(bingham, recording, tmp_path):
     result = bingham(*run)
     assert result.exit_code == 2
     assert result.stderr == (
-        f"bingham: {path}: several topics of sensor_msgs/msg/Imu: /front /rear; choose one by --topic imu=TOPIC\n"
+        f"bingham: {path}: several topics of sensor_msgs/msg/Imu: /front /rear; choose one by --topic imu=TOPIC, "
+        "or --topic gyroscope=TOPIC and --topic accelerometer=TOPIC\n"
     )
     assert not (tmp_path / "out").exists()
     assert bingham(*run, "--topic", "imu=/rear", "--topic", "orientation=/imu/data").exit_code == 0

@@ -102,7 +102,11 @@ def test_columns_are_chosen_by_name(bingham, tmp_path):
 @pytest.mark.parametrize(
     ("text", "options", "message"),
     [
-        ("a,b\n1,0\n", (), "line 1: names no known set of components; choose by --columns; columns in the file: a b"),
+        (
+            "a,b\n1,0\n",
+            (),
+            "line 1: names no known set of components; choose by --columns, or name angles by --as; columns in the file: a b",
+        ),
         (
             "1,0\n0,1\n",
             ("--columns", "x,y"),

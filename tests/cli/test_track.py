@@ -142,7 +142,10 @@ def test_without_magnetometer_the_heading_of_the_truth_is_turned_to_suit(bingham
             "t,gx,gy,gz\n1700000000000000000,0,0,0\n1700000000005000000,0,0,0\n",
             "line 2, column t: expected seconds, got 1.7e+18; are these nanoseconds? State the unit: --unit time=ns",
         ),
-        ("s,gx,gy,gz\n0,1,2,3\n", "line 1: names no column t; add the time in seconds or name it in --column t=NAME"),
+        (
+            "s,gx,gy,gz\n0,1,2,3\n",
+            "line 1: names no column t; add the time in seconds, name it in --column t=NAME",
+        ),
     ],
 )
 def test_a_malformed_recording_ends_in_one_line_and_no_output(bingham, imu, tmp_path, text, place):
@@ -165,9 +168,9 @@ def test_a_malformed_recording_ends_in_one_line_and_no_output(bingham, imu, tmp_
         (("--measurement-noise", 0), "--measurement-noise: expected a number > 0, got 0.0"),
         (("--process-noise", "nan"), "--process-noise: expected a number > 0, got nan"),
         (("--column", "gx"), "--column: expected NAME=VALUE, got 'gx'"),
-        (("--topic", "imu=/a"), "--topic: expected a format that has such, got"),
-        (("--topic", "a=/a"), "--topic: expected imu=TOPIC or magnetometer=TOPIC, got a"),
-        (("--format", "mp3"), "--format: expected one of csv, tum"),
+        (("--topic", "imu=/a"), "--topic imu=TOPIC: expected a format that has such"),
+        (("--topic", "a=/a"), "--topic: expected imu=TOPIC, gyroscope=TOPIC"),
+        (("--format", "mp3"), "--format: expected one of rosbag, euroc"),
         (("--measurement-noise", 9), "--measurement-noise: expected a recording of orientations, got inertial ones"),
         (("--smooth", "--plain"), "--smooth: expected the filter with bias, got --plain; leave one of the two out"),
     ],

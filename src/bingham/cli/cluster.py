@@ -48,6 +48,9 @@ def cluster(
     restarts: int = typer.Option(10, min=1, help="Random starts for each number of clusters."),
     seed: int = typer.Option(0, min=0, help="The same seed gives the same clusters."),
     columns: str | None = typer.Option(None, metavar="A,B,...", help="Names of the components in the file, in order."),
+    as_angles: str | None = typer.Option(
+        None, "--as", metavar="KIND", help="The columns are angles, as strike-dip or bunge: see bingham formats."
+    ),
     output: Path | None = typer.Option(None, "--output", "-o", metavar="FOLDER", help="Figure and labels go there."),
     as_json: bool = typer.Option(False, "--json", help="Print one JSON object on standard output."),
 ) -> None:
@@ -64,8 +67,10 @@ def cluster(
     if method not in ("em", "sac"):
         raise InvalidArgumentError("--method", "em or sac", method)
     sizes = _sizes(components)
-    with in_options({"columns": "--columns"}):
-        axes = read_axes(file, columns=None if columns is None else [name.strip() for name in columns.split(",")])
+    with in_options({"columns": "--columns", "angles": "--as"}):
+        axes = read_axes(
+            file, columns=None if columns is None else [name.strip() for name in columns.split(",")], angles=as_angles
+        )
     minimum = axes.values.shape[1] * (axes.values.shape[1] + 1) // 2 if min_points is None else min_points
     if minimum > len(axes.values):
         raise InvalidArgumentError("--min-points", f"at most {len(axes.values)}, the number of rows", minimum)

@@ -37,10 +37,13 @@ def fit(
     file: Path = typer.Argument(
         ...,
         metavar="FILE",
-        help="Text, one unit vector a row: n e d, x y z, qw qx qy qz, x y or any d.",
+        help="Text, one unit vector a row: n e d, x y z, qw qx qy qz, x y or any d; or angles.",
         show_default=False,
     ),
     columns: str | None = typer.Option(None, metavar="A,B,...", help="Names of the components in the file, in order."),
+    as_angles: str | None = typer.Option(
+        None, "--as", metavar="KIND", help="The columns are angles, as strike-dip or bunge: see bingham formats."
+    ),
     output: Path | None = typer.Option(None, "--output", "-o", metavar="FOLDER", help="Draw a figure into it."),
     as_json: bool = typer.Option(False, "--json", help="Print one JSON object on standard output."),
 ) -> None:
@@ -55,8 +58,10 @@ def fit(
     from bingham.distributions.bingham import Bingham
     from bingham.io import read_axes
 
-    with in_options({"columns": "--columns"}):
-        axes = read_axes(file, columns=None if columns is None else [name.strip() for name in columns.split(",")])
+    with in_options({"columns": "--columns", "angles": "--as"}):
+        axes = read_axes(
+            file, columns=None if columns is None else [name.strip() for name in columns.split(",")], angles=as_angles
+        )
     announce_compilation()
     try:
         distribution = Bingham.fit(axes.values)
@@ -118,10 +123,24 @@ def describe(axes: Axes, distribution: Bingham) -> dict[str, Any]:
     }
     if dim == 4:
         row["credible_rotation_95_deg"] = min(2 * angle, 180.0)
+    if axes.angles:
+        row |= in_angles(axes.angles, distribution)
     if tuple(name.lower() for name in axes.columns) == GEOGRAPHIC:
         row["mode_trend_plunge_deg"] = trend_plunge(distribution.M[:, 2])
         row["plane_pole_trend_plunge_deg"] = trend_plunge(distribution.M[:, 0])
     return row
+
+
+def in_angles(kind: str, distribution: Bingham) -> dict[str, Any]:
+    """Return mode and principal axes as angles of the kind that the file has."""
+    from bingham.io.angles import angle_kind, to_angles
+
+    return {
+        "angles": kind,
+        "angle_names": list(angle_kind(kind).columns),
+        "mode_angles": to_angles(kind, distribution.mode)[0].tolist(),
+        "axis_angles": to_angles(kind, distribution.M.T).tolist(),
+    }
 
 
 def trend_plunge(axis: Any) -> list[float]:
@@ -169,6 +188,9 @@ def print_fit(row: dict[str, Any]) -> None:
         ("log-likelihood", f"{row['log_likelihood']:.2f}"),
     ):
         console.print(f"{name:<28}{value}", highlight=False)
+    if "angles" in row:
+        said = ", ".join(f"{x} {v:.2f}" for x, v in zip(row["angle_names"], row["mode_angles"], strict=True))
+        console.print(f"{'mode':<28}{said}", highlight=False)
     for name, key in (("mode", "mode_trend_plunge_deg"), ("pole of the best plane", "plane_pole_trend_plunge_deg")):
         if key in row:
             trend, plunge = row[key]

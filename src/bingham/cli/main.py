@@ -28,6 +28,7 @@ COMMANDS = [
     "tune",
     "simulate",
     "reproduce",
+    "formats",
     "doctor",
 ]
 

@@ -1,40 +1,151 @@
-"""Reading a recording as the command line was told to."""
+"""Reading a recording as the command line was told to: the options of every command that reads, in one place."""
 
 from __future__ import annotations
 
+import functools
 import inspect
 import warnings
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, get_type_hints
+
+import typer
 
 from bingham.errors import InvalidArgumentError
 
 if TYPE_CHECKING:
     from bingham.recording import ImuRecording, OrientationRecording
 
-__all__ = ["name_of", "options", "read"]
+__all__ = ["OPTIONS", "gathered", "name_of", "options", "read", "takes_reading"]
 
+TOPICS = ("imu", "gyroscope", "accelerometer", "magnetometer", "pose")
 # Argument of a reader → option of the command line that sets it.
 OPTIONS = {
     "columns": "--column",
     "units": "--unit",
-    "imu_topic": "--topic imu=TOPIC",
-    "magnetometer_topic": "--topic magnetometer=TOPIC",
+    **{f"{kind}_topic": f"--topic {kind}=TOPIC" for kind in TOPICS},
+    "rate": "--rate",
+    "angles": "--as",
+    "regularise": "--regularise",
+    "strict": "--strict",
+    "max_size": "--max-size",
+}
+
+# What `takes_reading` adds to a command, in the order of its help.
+PARAMETERS: dict[str, tuple[Any, Any]] = {
+    "format": (
+        str | None,
+        typer.Option(None, help="Format, as bingham formats lists them, not recognised."),
+    ),
+    "column": (list[str], typer.Option([], metavar="NAME=COLUMN", help="Text: what the file calls a column.")),
+    "columns": (
+        str | None,
+        typer.Option(None, metavar="A,B,...", help="Text without names: those of all its columns, - to leave one out."),
+    ),
+    "unit": (
+        list[str],
+        typer.Option([], metavar="QUANTITY=UNIT", help="Text: a unit, or a step as time=100us, accelerometer=1/4096g."),
+    ),
+    "rate": (float | None, typer.Option(None, metavar="HZ", help="Sampling rate of a file without times.")),
+    "as_angles": (
+        str | None,
+        typer.Option(None, "--as", metavar="KIND", help="Text: orientations are angles, as roll-pitch-yaw, euler-ZXZ."),
+    ),
+    "regularise": (
+        bool,
+        typer.Option(False, "--regularise", help="Put time stamps on straight lines: for stamps of arrival."),
+    ),
+    "strict": (bool, typer.Option(False, "--strict", help="Make an error of everything that would be put right.")),
+    "max_size": (
+        float | None,
+        typer.Option(None, metavar="BYTES", help="Memory a file may unfold to, where that is more than usual."),
+    ),
+    "topic": (
+        list[str],
+        typer.Option(
+            [],
+            metavar="KIND=TOPIC",
+            help=f"Bags: which topic to read, {'=, '.join(TOPICS)}=; orientation=: which one --bag adds.",
+        ),
+    ),
 }
 
 
-def options(column: list[str], unit: list[str], topic: list[str]) -> dict[str, Any]:
-    """Return what NAME=VALUE options say to a reader."""
+def takes_reading(command: Callable[..., Any]) -> Callable[..., Any]:
+    """Add the options of reading to a command.
+
+    The command has an argument ``reading``; it gets the format and what is passed to `read`:
+    ``(format, dict of options)``.
+    """
+    signature = inspect.signature(command)
+    hints = get_type_hints(command)
+    own = [parameter for parameter in signature.parameters.values() if parameter.name != "reading"]
+    added = [
+        inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=default, annotation=kind)
+        for name, (kind, default) in PARAMETERS.items()
+    ]
+
+    @functools.wraps(command)
+    def wrapper(**given: Any) -> Any:
+        values = {name: given.pop(name) for name in PARAMETERS}
+        format = values.pop("format")
+        return command(reading=(format, options(**values)), **given)
+
+    keywords = [p.replace(kind=inspect.Parameter.KEYWORD_ONLY, annotation=hints.get(p.name, Any)) for p in own]
+    wrapper.__signature__ = inspect.Signature([*keywords, *added])  # type: ignore[attr-defined]
+    wrapper.__annotations__ = {p.name: p.annotation for p in [*keywords, *added]}
+    del wrapper.__wrapped__  # or typer would look at the command behind it
+    return wrapper
+
+
+def options(
+    column: Sequence[str] = (),
+    unit: Sequence[str] = (),
+    topic: Sequence[str] = (),
+    *,
+    columns: str | None = None,
+    rate: float | None = None,
+    as_angles: str | None = None,
+    regularise: bool = False,
+    strict: bool = False,
+    max_size: float | None = None,
+) -> dict[str, Any]:
+    """Return what the options of the command line say to `read`."""
     topics = {f"{kind}_topic": name for kind, name in _pairs("--topic", topic).items()}
     if wrong := topics.keys() - OPTIONS.keys() - {"orientation_topic"}:
-        raise InvalidArgumentError("--topic", "imu=TOPIC or magnetometer=TOPIC", wrong.pop().removesuffix("_topic"))
-    given = {"columns": _pairs("--column", column), "units": _pairs("--unit", unit), **topics}
+        expected = ", ".join(f"{kind}=TOPIC" for kind in TOPICS)
+        raise InvalidArgumentError("--topic", expected, wrong.pop().removesuffix("_topic"))
+    named: Any = _pairs("--column", column)
+    if columns is not None:
+        if named:
+            raise InvalidArgumentError("--columns", "one of --columns and --column", "both")
+        named = [name.strip() for name in columns.split(",")]
+    given = {
+        "columns": named,
+        "units": _pairs("--unit", unit),
+        **topics,
+        "rate": rate,
+        "angles": as_angles,
+        "regularise": regularise,
+        "strict": strict,
+        "max_size": max_size,
+    }
     return {name: value for name, value in given.items() if value}
 
 
-def read(path: Path, format: str | None, given: Mapping[str, Any]) -> ImuRecording | OrientationRecording:
+def read(
+    path: Path | Sequence[Path], format: str | None, given: Mapping[str, Any]
+) -> ImuRecording | OrientationRecording:
     """Read a recording, named after its file; a file that cannot be read ends in an error alone, without warnings.
+
+    Parameters
+    ----------
+    path : Path or sequence of Path
+        File or folder; or the files of one recording, as `gathered` gives them.
+    format : str, optional
+        Format, if its recognition is not to be trusted.
+    given : mapping
+        What `options` returns.
 
     Raises
     ------
@@ -44,25 +155,25 @@ def read(path: Path, format: str | None, given: Mapping[str, Any]) -> ImuRecordi
         If an option has no meaning for the format.
     """
     from bingham.cli.wording import in_options, worded
-    from bingham.io import detect_format, read_recording
-    from bingham.io.detect import READERS
+    from bingham.io import read_recording
     from bingham.recording import amended
 
-    kind = detect_format(path) if format is None else format
-    if kind in READERS:
-        known = inspect.signature(READERS[kind]).parameters
-        if strange := [name for name in given if name not in known]:
-            raise InvalidArgumentError(
-                OPTIONS[strange[0]].split()[0], "a format that has such", f"{path}, format {kind}"
-            )
+    several = not isinstance(path, Path)
     with warnings.catch_warnings(record=True) as caught, in_options(OPTIONS | {"format": "--format"}):
         warnings.simplefilter("always")
-        recording = read_recording(path, format=kind, **given)
+        recording = read_recording(path, format=format, **given)
     for warning in caught:
         warnings.warn_explicit(
             worded(str(warning.message), OPTIONS), warning.category, warning.filename, warning.lineno
         )
-    return amended(recording, name=name_of(path))
+    return recording if several else amended(recording, name=name_of(path))
+
+
+def gathered(paths: Sequence[Path]) -> list[tuple[str, Path | list[Path]]]:
+    """Return name and file of each recording; files of one sensor each that belong together are one recording."""
+    from bingham.io.together import together
+
+    return [(name, files) if len(files) > 1 else (name_of(files[0]), files[0]) for name, files in together(paths)]
 
 
 def name_of(path: Path) -> str:
@@ -78,7 +189,7 @@ def name_of(path: Path) -> str:
     return path.name if path.is_dir() else path.stem
 
 
-def _pairs(option: str, values: list[str]) -> dict[str, str]:
+def _pairs(option: str, values: Sequence[str]) -> dict[str, str]:
     for value in values:
         if not all(value.partition("=")[::2]):
             raise InvalidArgumentError(option, "NAME=VALUE", repr(value))

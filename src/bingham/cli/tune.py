@@ -37,7 +37,9 @@ PARAMETERS = {
 
 def register(app: typer.Typer) -> None:
     """Add the command to the application."""
-    app.command(epilog=EXAMPLES)(tune)
+    from bingham.cli.reading import takes_reading
+
+    app.command(epilog=EXAMPLES)(takes_reading(tune))
 
 
 def tune(
@@ -48,10 +50,7 @@ def tune(
         None, "--output", "-o", metavar="FOLDER", help="Draw the profiles of the log-evidence into it."
     ),
     as_json: bool = typer.Option(False, "--json", help="Print one JSON object on standard output."),
-    format: str | None = typer.Option(None, help="csv, euroc, broad, npz or rosbag, instead of recognition."),
-    column: list[str] = typer.Option([], metavar="NAME=COLUMN", help="CSV: what the file calls a column."),
-    unit: list[str] = typer.Option([], metavar="QUANTITY=UNIT", help="CSV: a unit its columns do not tell."),
-    topic: list[str] = typer.Option([], metavar="KIND=TOPIC", help="Bags: which topic to read, imu= or magnetometer=."),
+    reading: Any = None,
 ) -> None:
     """Find the noise of gyroscope, accelerometer and magnetometer that makes a recording most probable.
 
@@ -62,12 +61,12 @@ def tune(
     """
     from bingham.atomic import staged
     from bingham.cli.first_use import announce_compilation
-    from bingham.cli.reading import options, read
+    from bingham.cli.reading import read
     from bingham.filters.tune import UNDETERMINED
     from bingham.filters.tune import tune as search
     from bingham.recording import ImuRecording
 
-    loaded = read(recording, format, options(column, unit, topic))
+    loaded = read(recording, *reading)
     if not isinstance(loaded, ImuRecording):
         raise InvalidArgumentError("RECORDING", "an inertial recording", f"orientations in {recording}")
     announce_compilation()

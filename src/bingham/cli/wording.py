@@ -35,7 +35,22 @@ def worded(text: str, names: Mapping[str, str]) -> str:
         text = re.sub(rf"^{argument}: ", f"{option}: ", text)
         text = re.sub(rf"\b{argument}={{'(\w+)': \.\.\.}}", rf"{option} \1=NAME", text)
         text = re.sub(rf"\b{argument}={{'(\w+)': '(\w+)'}}", rf"{option} \1=\2", text)
+        text = re.sub(rf"\b{argument}=\[([^]]*)\]", lambda m, option=option: f"{option}s {_list(m[1])}", text)
+        text = re.sub(rf"\b{argument}=True", option, text)
+        text = re.sub(rf"\b{argument}={{([^}}]*)}}", lambda m, option=option: _pairs(option, m[1]), text)
+        text = re.sub(rf"\b{argument}=(?=[\w'])", f"{option} ", text)
         text = re.sub(rf"\b{argument}=", option, text)
         if "_" in argument:  # no word of a sentence
             text = re.sub(rf"(?<![\w/.-]){argument}(?![\w/.-])", option, text)
     return text
+
+
+def _list(inside: str) -> str:
+    """Return what stands in a list as names between commas."""
+    return inside.replace(" ", "").replace("'", "")
+
+
+def _pairs(option: str, inside: str) -> str:
+    """Return what stands in a mapping as an option for each pair."""
+    pairs = re.findall(r"'(\w+)': (?:'([^']*)'|\.\.\.)", inside)
+    return " ".join(f"{option} {name}={value or 'NAME'}" for name, value in pairs) or option

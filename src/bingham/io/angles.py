@@ -286,8 +286,8 @@ def to_angles(kind: str, x: ArrayLike) -> FloatArray:
     Examples
     --------
     >>> to_angles("dip-direction", [[0.0, 0.0, -1.0], [-0.6, 0.0, 0.8]]).round(4) + 0.0
-    array([[ 0.    , 180.    ],
-           [36.8699,   0.    ]])
+    array([[  0.    , 180.    ],
+           [ 36.8699,   0.    ]])
     """
     chosen = angle_kind(kind)
     vectors = np.atleast_2d(np.asarray(x, dtype=np.float64))

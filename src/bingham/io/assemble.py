@@ -144,7 +144,7 @@ def _samples(path: Path, aligned: Mapping[str, FloatArray]) -> NDArray[np.intp] 
     rate, force = aligned["gyroscope"], aligned.get("accelerometer")
     if force is None or (rate[0].any() and rate.all()):
         return None
-    empty = ~rate.any(axis=1) & ~force.any(axis=1)
+    empty = (rate == 0.0).all(axis=1) & (force == 0.0).all(axis=1)
     count = int(np.count_nonzero(empty))
     if not count:
         return None
@@ -158,7 +158,7 @@ def _without_zeros(path: Path, name: str, values: FloatArray) -> dict[str, Any]:
     """Take rows of zeros of an accelerometer or magnetometer for missing ones; a sensor of nothing else for absent."""
     if values[0].all() and values.all():
         return {}
-    empty = ~values.any(axis=1)
+    empty = (values == 0.0).all(axis=1)
     count = int(np.count_nonzero(empty))
     if not count:
         return {}

@@ -13,8 +13,9 @@ from bingham.errors import InvalidArgumentError, RecordingError
 from bingham.io.angles import AngleKind, angle_kind, recognised
 from bingham.io.checks import normalised
 from bingham.io.layout import Layout, find_layout
-from bingham.io.table import Table, called, read_table
+from bingham.io.table import called, read_table
 from bingham.io.text import opened_text
+from bingham.io.written import Written, decoded
 
 __all__ = ["Axes", "read_axes"]
 
@@ -88,7 +89,7 @@ def read_axes(path: str | Path, *, columns: Sequence[str] | None = None, angles:
             path, table.place(at, int(np.argmin(finite))), "not finite", "remove the row or complete it"
         )
     if kind is not None:
-        return Axes(path.stem, kind.vector, _converted(table, at, rows, kind, radians), kind.name)
+        return Axes(path.stem, kind.vector, decoded(table, Written(kind, at, radians)), kind.name)
 
     def place(_: str, index: int) -> str:
         return table.place(at, index)
@@ -97,30 +98,12 @@ def read_axes(path: str | Path, *, columns: Sequence[str] | None = None, angles:
     return Axes(path.stem, names, normalised(path, "axes", rows, place))
 
 
-def _converted(
-    table: Table, at: list[int], rows: NDArray[np.float64], kind: AngleKind, radians: bool
-) -> NDArray[np.float64]:
-    """Return the unit vectors of angles; a row that has none is named."""
-    if radians and kind.degrees:
-        rows = np.degrees(rows)
-    try:
-        return kind.decode(rows)
-    except InvalidArgumentError:
-        for k in range(len(rows)):
-            try:
-                kind.decode(rows[k : k + 1])
-            except InvalidArgumentError as error:
-                problem = f"no {' '.join(kind.columns)}: {error}"
-                raise RecordingError(
-                    table.text.path, table.place(at, k), problem, "correct the row, or name the kind by angles="
-                ) from None
-        raise
-
-
 def _unnamed(path: Path, layout: Layout, columns: Sequence[str] | None, kind: AngleKind | None) -> list[int]:
     if columns is not None:
         got = f"numbers in line {layout.first}"
         raise InvalidArgumentError("columns", "a file that names its columns", got, "leave it out")
+    if kind is None and layout.width < 2:
+        raise RecordingError(path, f"line {layout.first}", "one column", "an axis has two components or more")
     if kind is not None and len(kind.columns) != layout.width:
         problem = f"{layout.width} columns, where {kind.name} has {len(kind.columns)}"
         raise RecordingError(path, f"line {layout.first}", problem, f"expected {' '.join(kind.columns)}")

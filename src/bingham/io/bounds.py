@@ -39,7 +39,7 @@ def check_size(path: Path, place: str, size: float) -> None:
     """Raise an error if something in a file unfolds to more bytes than is allowed."""
     if not size <= (limit := allowed(path)):
         problem = f"{_readable(size)} of memory, which a file of {_readable(path.stat().st_size)} should not need"
-        hint = f"if it is right, allow it: max_size={size:.0f}, above the limit of {_readable(limit)}"
+        hint = f"if it is right, allow it: max_size={1.01 * size:.2g}, above the limit of {_readable(limit)}"
         raise RecordingError(path, place, problem, hint)
 
 

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from bingham.atomic import replaced
 from bingham.errors import InvalidArgumentError, RecordingError
+from bingham.io.angles import angle_kind
 from bingham.io.assemble import Stream, inertial_recording, orientation_recording
 from bingham.io.checks import Place, check_seconds, normalised, note
 from bingham.io.columns import COLUMNS, SENSORS, check_complete, group
@@ -21,6 +22,7 @@ from bingham.io.meaning import Meaning, check_rate, meaning_of, named
 from bingham.io.registry import Format
 from bingham.io.table import Table, read_table
 from bingham.io.text import TextFile, opened_text
+from bingham.io.written import Written, decoded, rotation_angles
 from bingham.recording import ImuRecording, OrientationRecording
 
 __all__ = ["read_csv", "read_samples", "write_csv"]
@@ -49,6 +51,7 @@ def read_csv(
     columns: Mapping[str, str] | Sequence[str] | None = None,
     units: Mapping[str, str] | None = None,
     rate: float | None = None,
+    angles: str | None = None,
     regularise: bool = False,
     earth_frame: str | None = None,
 ) -> ImuRecording | OrientationRecording:
@@ -69,6 +72,9 @@ def read_csv(
         "1/4096g"}`` are steps of counters. They win over what the file says.
     rate : float, optional
         Sampling rate, Hz, of a file without times. A column that is named as ``t`` then counts samples.
+    angles : str, optional
+        Kind of the angles that hold the orientation, as "roll-pitch-yaw" or "euler-ZXZ", see `bingham.io.angles`; known
+        by their names without it, where there is no gyroscope.
     regularise : bool
         Put times on a straight line between pauses: for samples taken regularly and stamped on arrival.
     earth_frame : str, optional
@@ -91,7 +97,7 @@ def read_csv(
     RecordingError
         If a column or value is missing or malformed, naming line and column; if the samples are raw counts.
     """
-    samples = read_samples(path, columns=columns, units=units, rate=rate)
+    samples = read_samples(path, columns=columns, units=units, rate=rate, angles=angles)
     return recording_of(samples, regularise=regularise, earth_frame=earth_frame)
 
 
@@ -113,10 +119,12 @@ def read_samples(
     columns: Mapping[str, str] | Sequence[str] | None = None,
     units: Mapping[str, str] | None = None,
     rate: float | None = None,
+    angles: str | None = None,
     alone: bool = True,
 ) -> Samples:
     """Read a table; `alone` wants a gyroscope or orientations in it, not one sensor of several files."""
     check_rate(rate)
+    kind = None if angles is None else angle_kind(angles)
     text = opened_text(path)
     layout = named(text.path, find_layout(text), columns)
     meaning = meaning_of(text.path, layout, columns if isinstance(columns, Mapping) else {}, units or {})
@@ -124,14 +132,26 @@ def read_samples(
     groups = group(text.path, place, meaning.found.column, layout.names)
     if meaning.bare and alone:
         groups["gyroscope"] = COLUMNS["gyroscope"]  # or another, which the numbers tell
+    written = None
+    if not groups.keys() & {"gyroscope", "orientation"} and not meaning.bare:
+        written = rotation_angles(layout.names, kind)
+    if kind is not None and written is None:
+        problem = f"no columns of {' '.join(kind.columns)} in place of a gyroscope or quaternion"
+        raise RecordingError(text.path, place, problem, f"the file has: {', '.join(layout.names)}")
     timed = rate is not None or meaning.counter is not None
     if alone:
-        check_complete(text.path, place, groups | ({"time": ["t"]} if timed else {}), layout.names)
-    return _read(text, layout, meaning, groups, rate)
+        known = groups | ({"time": ["t"]} if timed else {}) | ({"orientation": []} if written else {})
+        check_complete(text.path, place, known, layout.names)
+    return _read(text, layout, meaning, groups, rate, written)
 
 
 def _read(
-    text: TextFile, layout: Layout, meaning: Meaning, groups: dict[str, list[str]], rate: float | None
+    text: TextFile,
+    layout: Layout,
+    meaning: Meaning,
+    groups: dict[str, list[str]],
+    rate: float | None,
+    written: Written | None,
 ) -> Samples:
     found = meaning.found
     if meaning.bare:
@@ -141,6 +161,8 @@ def _read(
     dated = clock is not None and counter != clock and _is_dated(text, layout, clock)
     numbers = [found.column[name] for field, names in groups.items() if field != "time" for name in names]
     numbers += meaning.bare
+    if written is not None:
+        numbers += [k for k in written.columns if k not in numbers]
     timing = [k for k in (clock, counter) if k is not None]
     if rate is not None and counter is None:
         timing = []
@@ -150,6 +172,8 @@ def _read(
     def place(field: str, index: int) -> str:
         names = groups.get(field, [])
         at = [found.column[name] for name in names] if names and field != "time" else timing[:1]
+        if field == "orientation" and written is not None:
+            at = list(written.columns)
         return table.place(at or meaning.bare or [0], index)
 
     values = {
@@ -163,6 +187,8 @@ def _read(
         groups[kind] = ["x", "y", "z"]
         found.column.update(zip(groups[kind], meaning.bare, strict=True))
     reject_counts(text.path, values, found)
+    if written is not None:
+        values["orientation"] = decoded(table, written)
     time = _times(text, table, meaning, rate, place, "gyroscope" in values, counter, dated)
     return _samples(text.path, place, time, values, meaning)
 

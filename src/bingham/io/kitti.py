@@ -27,8 +27,9 @@ __all__ = ["FORMAT", "read_kitti"]
 POSE = [f"r{i}{j}" if j < 4 else f"t{i}" for i in (1, 2, 3) for j in (1, 2, 3, 4)]
 RATE = 10.0  # Hz, of the odometry sequences
 TOLERANCE = 1e-3  # of RᵀR = I: files round to as few as four decimals
-OXTS = tuple(
-    "lat lon alt roll pitch yaw vn ve vf vl vu ax ay az af al au wx wy wz wf wl wu".split()  # noqa: SIM905
+OXTS = (
+    *("lat", "lon", "alt", "roll", "pitch", "yaw", "vn", "ve", "vf", "vl", "vu"),
+    *("ax", "ay", "az", "af", "al", "au", "wx", "wy", "wz", "wf", "wl", "wu"),
 )
 LONGEST_FOLDER = 1_000_000  # files
 
@@ -114,7 +115,7 @@ def _oxts(path: Path, regularise: bool) -> ImuRecording:
         raise RecordingError(stamps, f"line {time + 1}", f"{lines[time][:40]!r} is no date", "copy it again")
     if len(time) != len(rows):
         raise RecordingError(stamps, "", f"{len(time)} stamps for {len(rows)} packets", "copy the folder again")
-    values = dict(zip(OXTS, np.array(rows).T, strict=True))
+    values: dict[str, NDArray[np.float64]] = dict(zip(OXTS, np.array(rows).T, strict=True))
 
     def place(field: str, index: int) -> str:
         return f"data/{files[index].name}"

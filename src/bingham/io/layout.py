@@ -47,6 +47,8 @@ class Layout:
         Cells in a row.
     preamble : list of str
         Lines above the names, and comments.
+    fits : bool
+        Whether there are as many names as cells in the first row.
     """
 
     separator: str | None
@@ -57,6 +59,7 @@ class Layout:
     first: int
     width: int
     preamble: list[str] = field(default_factory=list[str])
+    fits: bool = True
 
 
 def split_cells(line: str, separator: str | None) -> list[str]:
@@ -85,15 +88,17 @@ def find_layout(text: TextFile) -> Layout:
         found = _table(lines[1:], given[:1], text.complete)
         candidates = [found] if found else []
     else:
-        candidates = [t for s in SEPARATORS if (t := _table(lines, s, text.complete)) is not None]
+        found = [_table(lines, s, text.complete) for s in SEPARATORS]
+        candidates = [table for table in found if table is not None]
+        candidates = [table for table in candidates if table.width > 1] or candidates
     if not candidates:
         problem = "only comments in it" if all(_is_comment(line) for _, line in lines) else "no rows of numbers"
         raise RecordingError(text.path, "", problem, "a table is expected, one sample a line")
     return max(candidates, key=_credibility)
 
 
-def _credibility(layout: Layout) -> tuple[bool, int, int]:
-    return bool(layout.names), layout.width, -layout.first
+def _credibility(layout: Layout) -> tuple[bool, bool, int]:
+    return layout.fits, bool(layout.names), layout.width
 
 
 def _is_comment(line: str) -> bool:
@@ -143,7 +148,8 @@ def _layout(
             decimal = ","
     top = next((i for i, (number, _) in enumerate(lines) if number == header), at[k])
     preamble = [line for line in (line for _, line in lines[: at[k]]) if line != (lines[top][1] if header else None)]
-    return Layout(separator, decimal, names, units, header, lines[at[k]][0], width, preamble)
+    fits = width == len(cells[k])
+    return Layout(separator, decimal, names, units, header, lines[at[k]][0], width, preamble, fits)
 
 
 def _names(

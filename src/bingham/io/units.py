@@ -99,8 +99,8 @@ def factor_of(unit: str, quantity: str) -> float | None:
 
     Examples
     --------
-    >>> factor_of("100us", "time"), factor_of("1/16.4 deg/s", "gyroscope") * 16.4 == factor_of("dps", "gyroscope")
-    (0.0001, True)
+    >>> factor_of("250ms", "time"), factor_of("1/16.4 deg/s", "gyroscope") * 16.4 == factor_of("dps", "gyroscope")
+    (0.25, True)
     """
     known = UNITS.get(quantity, {})
     if (name := spelled(unit, quantity)) in known:
