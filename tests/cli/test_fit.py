@@ -105,7 +105,7 @@ def test_columns_are_chosen_by_name(bingham, tmp_path):
         (
             "a,b\n1,0\n",
             (),
-            "line 1: names no known set of components; choose by --columns, or name angles by --as; columns in the file: a b",
+            "line 1: names no known set of components; choose by --columns, or name angles by --as; ",
         ),
         (
             "1,0\n0,1\n",
