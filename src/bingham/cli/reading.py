@@ -133,19 +133,17 @@ def options(
     return {name: value for name, value in given.items() if value}
 
 
-def read(
-    path: Path | Sequence[Path], format: str | None, given: Mapping[str, Any]
-) -> ImuRecording | OrientationRecording:
+def read(path: Path, format: str | None, given: Mapping[str, Any]) -> ImuRecording | OrientationRecording:
     """Read a recording, named after its file; a file that cannot be read ends in an error alone, without warnings.
 
     Parameters
     ----------
-    path : Path or sequence of Path
-        File or folder; or the files of one recording, as `gathered` gives them.
+    path : Path
+        File or folder.
     format : str, optional
         Format, if its recognition is not to be trusted.
     given : mapping
-        What `options` returns.
+        What `options` returns, and `gathered` adds.
 
     Raises
     ------
@@ -158,22 +156,33 @@ def read(
     from bingham.io import read_recording
     from bingham.recording import amended
 
-    several = not isinstance(path, Path)
+    beside = given.get("beside", {}).get(str(path), [])
+    options = {name: value for name, value in given.items() if name != "beside"}
     with warnings.catch_warnings(record=True) as caught, in_options(OPTIONS | {"format": "--format"}):
         warnings.simplefilter("always")
-        recording = read_recording(path, format=format, **given)
+        recording = read_recording([path, *beside] if beside else path, format=format, **options)
     for warning in caught:
         warnings.warn_explicit(
             worded(str(warning.message), OPTIONS), warning.category, warning.filename, warning.lineno
         )
-    return recording if several else amended(recording, name=name_of(path))
+    return amended(recording, name=name_of(path))
 
 
-def gathered(paths: Sequence[Path]) -> list[tuple[str, Path | list[Path]]]:
-    """Return name and file of each recording; files of one sensor each that belong together are one recording."""
+def gathered(paths: Sequence[Path], given: dict[str, Any]) -> list[Path]:
+    """Return one file of each recording; of files of one sensor each that belong together the gyroscope's.
+
+    The others are put into `given`, from which `read` takes them.
+    """
+    from bingham.io.meaning import sensor_of_name
     from bingham.io.together import together
 
-    return [(name, files) if len(files) > 1 else (name_of(files[0]), files[0]) for name, files in together(paths)]
+    first: list[Path] = []
+    for _, files in together(paths):
+        main = next((path for path in files if sensor_of_name(path) == "gyroscope"), files[0])
+        first.append(main)
+        if len(files) > 1:
+            given.setdefault("beside", {})[str(main)] = [path for path in files if path != main]
+    return first
 
 
 def name_of(path: Path) -> str:

@@ -50,7 +50,9 @@ class Frame(StrEnum):
 
 def register(app: typer.Typer) -> None:
     """Add the command to the application."""
-    app.command(epilog=EXAMPLES)(track)
+    from bingham.cli.reading import takes_reading
+
+    app.command(epilog=EXAMPLES)(takes_reading(track))
 
 
 def track(
@@ -58,7 +60,7 @@ def track(
     recordings: list[str] = typer.Argument(
         ...,
         metavar="RECORDING",
-        help="CSV with named columns, TUM, EuRoC, BROAD .mat/.hdf5, npz, ROS 1 or 2 bag; recognised by content. "
+        help="Files recognised by content: bingham formats lists what can be read. "
         "Folders and patterns stand for all recordings in them. - alone follows standard input.",
         show_default=False,
     ),
@@ -105,14 +107,7 @@ def track(
         None, metavar="FILE", help="With -: go on from this state if it is there, and keep it up to date."
     ),
     plain: bool = typer.Option(False, "--plain", help="IMU: the simple filter, without gyroscope bias."),
-    format: str | None = typer.Option(None, help="csv, tum, euroc, broad, npz or rosbag, instead of recognition."),
-    column: list[str] = typer.Option([], metavar="NAME=COLUMN", help="CSV: what the file calls a column."),
-    unit: list[str] = typer.Option([], metavar="QUANTITY=UNIT", help="CSV: a unit its columns do not tell."),
-    topic: list[str] = typer.Option(
-        [],
-        metavar="KIND=TOPIC",
-        help="Bags: which topic to read, imu= or magnetometer=; orientation=: which one --bag adds.",
-    ),
+    reading: Any = None,
 ) -> None:
     """Filter recordings of an IMU, or of noisy orientations, into orientations with uncertainty.
 
@@ -132,7 +127,7 @@ def track(
     from bingham.cli.given import given_options, reject_options
     from bingham.cli.many import expanded, named
     from bingham.cli.output import Outputs
-    from bingham.cli.reading import options
+    from bingham.cli.reading import gathered
     from bingham.cli.tracking import Settings
 
     given = given_options(context)
@@ -150,7 +145,7 @@ def track(
         raise InvalidArgumentError("--output", "a folder for the tracks", "none", "add -o FOLDER")
     if state is not None:
         raise InvalidArgumentError("--state", "standard input to follow", f"{recordings[0]}", "use it with -")
-    reading = options(column, unit, topic)
+    format, reading = reading
     orientation_topic = reading.pop("orientation_topic", None)
     if orientation_topic is not None and not bag:
         raise InvalidArgumentError("--topic", "--bag beside orientation=", orientation_topic)
@@ -165,7 +160,7 @@ def track(
         outputs=Outputs(csv, npz, parquet, figure, tum, bag, chosen, frame.value, float32),
         orientation_topic=orientation_topic,
     )
-    found = named(expanded(recordings))
+    found = named(gathered(expanded(recordings), reading))
     if bag:
         from bingham.cli.bag import check_bags
 
@@ -173,7 +168,7 @@ def track(
     if scheduler is not None:
         reject_options(given, ("jobs",), "no --scheduler, whose workers do the runs", scheduler)
     announce_compilation()
-    if len(found) == 1 and len(recordings) == 1 and not glob.has_magic(recordings[0]):
+    if len(found) == 1 and (len(recordings) == 1 or "beside" in reading) and not glob.has_magic(recordings[0]):
         reject_options(given, ("jobs", "scheduler", "fail_fast", "fresh"), "several recordings", recordings[0])
         ((name, path),) = found.items()
         rows = [_track_alone(path, name, output, settings, given)]
