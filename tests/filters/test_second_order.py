@@ -35,19 +35,21 @@ def flight(rng, spin, length, noise=NOISE, side="left"):
 
 @pytest.mark.parametrize("side", ["left", "right"])
 def test_a_step_is_the_papers_formula(side):
-    # §4, with the distribution's own operations: x' = v' ⊗ x; B_v · (f_{y|x} ∘ B_x⁻¹).
+    # §4, with the distribution's own operations: x' from B_v ∘ B_x; v' from f_w ∘ u ∘ (B_v · (f_{y|x} ∘ B_x⁻¹)).
     rng = np.random.default_rng(0)
     x, v = random_distribution(rng), random_distribution(rng)
     f = SecondOrderBinghamFilter(PROCESS, NOISE, noise_side=side)
     u, y = from_rotation_vector([0.3, -0.1, 0.2]), from_rotation_vector([1.0, 0.4, -2.0])
     predicted = f.predict(SpinState(x, v), u)
-    spin = PROCESS.compose(v.rotate(left=u))
-    assert same_distribution(predicted.spin, spin)
-    assert same_distribution(predicted.orientation, spin.compose(x))
+    assert same_distribution(predicted.orientation, v.compose(x))
+    assert same_distribution(predicted.spin, PROCESS.compose(v.rotate(left=u)))
     state, info = f.update(predicted, y)
     likelihood = Bingham.from_matrix(OrientationSensor(NOISE, left=side == "left").likelihood(y).matrix)
     assert same_distribution(state.orientation, predicted.orientation.multiply(likelihood))
-    assert same_distribution(state.spin, spin.multiply(likelihood.compose(x.inverse())))
+    found = v.multiply(likelihood.compose(x.inverse()))
+    assert same_distribution(state.spin, PROCESS.compose(found.rotate(left=u)))
+    # Negative control: the spin after u and w, conditioned, is another one.
+    assert not same_distribution(state.spin, predicted.spin.multiply(likelihood.compose(x.inverse())), 1e-3)
     _, plain = BinghamFilter(PROCESS, NOISE, noise_side=side).update(predicted.orientation, y)
     assert info.log_evidence == pytest.approx(plain.log_evidence, abs=1e-9)
 
@@ -80,8 +82,8 @@ def test_known_accelerations_are_followed():
     f = SecondOrderBinghamFilter(Bingham([-1e5] * 3 + [0.0], NEAR), NOISE)
     states = {name: SpinState(Bingham.uniform(4), Bingham([-3.0] * 3 + [0.0], NEAR)) for name in ("with", "without")}
     for _ in range(60):
-        spin = compose(push, spin)
         x = compose(spin, x)
+        spin = compose(push, spin)
         z = compose(NOISE.rvs(rng=rng), x)
         states["with"], _ = f.update(f.predict(states["with"], push), z)
         states["without"], _ = f.update(f.predict(states["without"]), z)

@@ -20,7 +20,8 @@ from bingham.baselines.gaussian import (
 from bingham.baselines.quaternion_ekf import noise_about, projection_jacobian
 from bingham.baselines.state import ArrayState
 from bingham.rotations import compose, left_matrix, right_matrix
-from bingham.validation import check_noise_side, check_state, noise_covariance, unchecked, unit_rows
+from bingham.sampling.power import power_jacobian
+from bingham.validation import check_noise_side, check_number, check_state, noise_covariance, unchecked, unit_rows
 
 __all__ = ["SecondOrderQuaternionEkf", "SpinningGaussian"]
 
@@ -90,23 +91,35 @@ class SecondOrderQuaternionEkf(KalmanFilter[SpinningGaussian]):
         object.__setattr__(self, "_w", noise_covariance(self.process_covariance, 4, "process_covariance"))
         object.__setattr__(self, "_v", noise_covariance(self.measurement_covariance, 4, "measurement_covariance"))
 
+    @property
+    def noise_per_step(self) -> bool:
+        """Whether spin and noise are those of one step, whatever its duration: they are those of a unit of time."""
+        return False
+
     def predict(
         self, state: SpinningGaussian, control: ArrayLike | Rotation | None = None, dt: float | None = None
     ) -> SpinningGaussian:
-        """Return the state one step later; the control u (..., 4) rotates the spin (an angular acceleration).
+        """Return the state one step, or ``dt`` steps, later; the control u (..., 4) changes the spin: an acceleration.
 
-        Spin and noise are per step, whatever ``dt``.
+        Over ``dt`` steps the orientation moves by v^dt and the spin's noise has dt times its covariance.
         """
         check_state(state, SpinningGaussian, 8)
         x, v = state.mean[..., :4], state.mean[..., 4:]
         u = np.array([1.0, 0.0, 0.0, 0.0]) if control is None else unit_rows(control, 4, "control")
+        steps = 1.0
+        raised, by_spin = v, np.eye(4)
+        if dt is not None:
+            check_number(dt, "dt", "a time ≥ 0, in steps", minimum=0.0)
+            steps = float(dt)
+            if steps != 1.0:
+                raised, by_spin = power_jacobian(v / np.linalg.norm(v, axis=-1, keepdims=True), steps)
         F = np.zeros((*state.mean.shape[:-1], 8, 8))
-        F[..., :4, :4], F[..., :4, 4:] = left_matrix(v), right_matrix(x)
+        F[..., :4, :4], F[..., :4, 4:] = left_matrix(raised), right_matrix(x) @ by_spin
         F[..., 4:, 4:] = left_matrix(u)
         spin = compose(u, v)
         covariance = F @ state.covariance @ np.swapaxes(F, -1, -2)
-        covariance[..., 4:, 4:] += noise_about(spin, self._w, True) if self.rotate_noise else self._w
-        mean = np.concatenate([compose(v, x), spin], axis=-1)
+        covariance[..., 4:, 4:] += steps * (noise_about(spin, self._w, True) if self.rotate_noise else self._w)
+        mean = np.concatenate([compose(raised, x), spin], axis=-1)
         return unchecked(SpinningGaussian, mean=mean, covariance=covariance)
 
     def update(

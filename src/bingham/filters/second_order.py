@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -11,18 +11,21 @@ from scipy.spatial.transform import Rotation
 
 from bingham.distributions.bingham import Bingham
 from bingham.distributions.checks import check_distribution
+from bingham.distributions.repeated import repeated
 from bingham.errors import InvalidArgumentError
 from bingham.filters.protocol import MISSING, UpdateInfo
 from bingham.filters.run import RecursiveFilter
 from bingham.filters.track import Track
 from bingham.models.motion import RandomWalk
 from bingham.models.sensors import OrientationSensor
-from bingham.validation import as_array, check_kind, check_noise_side, unit_or_missing
+from bingham.sampling.power import power, power_jacobian
+from bingham.validation import check_kind, check_noise_side, check_number, unit_or_missing, unit_row
 
-__all__ = ["SecondOrderBinghamFilter", "SpinState", "classify_spin"]
+__all__ = ["Prediction", "SecondOrderBinghamFilter", "SpinState", "classify_spin"]
 
 FloatArray = NDArray[np.float64]
-IDENTITY = np.array([1.0, 0.0, 0.0, 0.0])
+# Linearisations of v^s in an update; two or three suffice.
+RELINEARISATIONS = 8
 
 
 def _check_distribution(distribution: Bingham, name: str) -> None:
@@ -31,21 +34,30 @@ def _check_distribution(distribution: Bingham, name: str) -> None:
         raise InvalidArgumentError(name, "a single distribution of dimension 4", repr(distribution))
 
 
+class Prediction(NamedTuple):
+    """What the update of the spin needs of the step before: x and v there, what turned v, and the exponent of v."""
+
+    orientation: Bingham
+    spin: Bingham
+    control: FloatArray | None
+    exponent: float
+
+
 @dataclass(frozen=True, eq=False)
 class SpinState:
-    """Independent distributions of the orientation x and of the rotation v that led to it in the last step.
+    """Independent distributions of the orientation x and of the rotation v that leads to the next one.
 
     Parameters
     ----------
     orientation, spin : Bingham
         Single distributions on the quaternions; spin is a rotation per step, in the world frame: x' = v ⊗ x.
-    previous : Bingham, optional
-        Distribution of the orientation one step before, as prediction leaves it for the update of the spin.
+    before : Prediction, optional
+        The state that a prediction started from; the next update uses it.
     """
 
     orientation: Bingham
     spin: Bingham
-    previous: Bingham | None = None
+    before: Prediction | None = None
 
     def __post_init__(self) -> None:
         for name in ("orientation", "spin"):
@@ -59,20 +71,24 @@ class SpinState:
 
 @dataclass(frozen=True)
 class SecondOrderBinghamFilter(RecursiveFilter[SpinState, Track[SpinState]]):
-    """Tracks x and v with v' = w ⊗ u ⊗ v, x' = v' ⊗ x, and measurements of x only.
+    """Tracks x and v with x' = v ⊗ x, v' = w ⊗ u ⊗ v, and measurements of x only (Glover & Kaelbling 2013, §3).
 
-    The joint distribution is kept as the product of its marginals. Given y, the spin's likelihood is F(C(v)) up to a
-    factor: the distribution of x' ⊗ x*, x' with the likelihood of y as its density, x from one step before (§4). It is
-    matched by moments.
+    The joint distribution is kept as the product of its marginals (§4): x' from B_v ∘ B_x, and v' from
+    w ∘ u ∘ (B_v · (f_{y|x} ∘ B_x⁻¹)), B_x and B_v of the step before. f_{y|x} ∘ B_x⁻¹ stands for F(C(v)), the exact
+    likelihood of v given y; every composition is matched by moments.
+
+    Over a time dt the orientation moves by v^s, s = dt/interval, and the noise is that of s steps (`repeated`).
 
     Parameters
     ----------
     process_noise : Bingham
-        Distribution of w, once per step; raising its spread lets the spin change faster.
+        Distribution of w, once per interval; raising its spread lets the spin change faster.
     measurement_noise : Bingham
         Distribution of the measurement noise.
     noise_side : {"left", "right"}
         Side on which the measurement noise acts: "left" in the world frame (Glover), "right" in the body frame.
+    interval : float
+        Time, s, in which v rotates the body once. The rotation in it must stay below half a revolution.
 
     Examples
     --------
@@ -91,39 +107,50 @@ class SecondOrderBinghamFilter(RecursiveFilter[SpinState, Track[SpinState]]):
     process_noise: Bingham
     measurement_noise: Bingham
     noise_side: Literal["left", "right"] = "left"
+    interval: float = 1.0
 
     def __post_init__(self) -> None:
         check_noise_side(self.noise_side)
         for name in ("process_noise", "measurement_noise"):
             _check_distribution(getattr(self, name), name)
-        object.__setattr__(self, "_motion", RandomWalk(self.process_noise, left=True))
+        check_number(self.interval, "interval", "a time > 0, s", above=0.0)
         sensor = OrientationSensor(self.measurement_noise, left=self.noise_side == "left")
         object.__setattr__(self, "_sensor", sensor)
+        object.__setattr__(self, "_motion", RandomWalk(self.process_noise, left=True))
 
     @property
     def several(self) -> bool:
         """Whether a measurement may have several interpretations: it may."""
         return True
 
-    @property
-    def noise_per_step(self) -> bool:
-        """Whether spin and noise are those of one step: they are."""
-        return True
-
     def predict(
         self, state: SpinState, control: ArrayLike | Rotation | None = None, dt: float | None = None
     ) -> SpinState:
-        """Return the state one step later; ``control`` u (4,) rotates the spin: an acceleration.
+        """Return the state one step, or ``dt`` seconds, later; ``control`` u (4,) changes the spin: an acceleration.
 
-        Spin and noise are per step, whatever ``dt``.
+        The orientation moves by the spin that it had before (x' = v ⊗ x), which u and w change for the next step.
         """
         from bingham.kernels.second_order import composed_spin
 
         check_kind(state, SpinState, "state", "start from SpinState(orientation, spin)")
-        u = None if control is None else as_array(control)
-        spin: Bingham = self._motion.propagate(state.spin, u)  # type: ignore[attr-defined]
-        x = state.orientation
-        return SpinState(Bingham.from_spectrum(*composed_spin(x.z, x.M, spin.z, spin.M)), spin, x)
+        u = None if control is None else unit_row(control, 4, "control")
+        exponent = 1.0
+        if dt is not None:
+            check_number(dt, "dt", "a time ≥ 0, s", minimum=0.0)
+            exponent = float(dt) / self.interval
+        if exponent == 0.0:
+            return SpinState(state.orientation, state.spin if u is None else state.spin.rotate(left=u))
+        x, v = state.orientation, state.spin
+        turn = power(v, exponent)
+        moved = Bingham.from_spectrum(*composed_spin(x.z, x.M, turn.z, turn.M))
+        return SpinState(moved, self._changed(v, u, exponent), Prediction(x, v, u, exponent))
+
+    def _changed(self, spin: Bingham, control: FloatArray | None, exponent: float) -> Bingham:
+        """Return the distribution of w ⊗ u ⊗ v."""
+        motion: RandomWalk = self._motion  # type: ignore[attr-defined]
+        if exponent != 1.0:
+            motion = RandomWalk(repeated(self.process_noise, exponent), left=True)
+        return motion.propagate(spin, control)
 
     def update(
         self, state: SpinState, z: ArrayLike | Rotation, *, noise: Bingham | None = None
@@ -159,15 +186,37 @@ class SecondOrderBinghamFilter(RecursiveFilter[SpinState, Track[SpinState]]):
         best = max(range(len(rows)), key=lambda i: candidates[i].distribution.log_normalizer + candidates[i].top)
         orientation, top, log_noise, _ = candidates[best]
         log_evidence = float(orientation.log_normalizer + top - state.orientation.log_normalizer - log_noise)
-        spin, before = state.spin, state.previous
+        spin, before = state.spin, state.before
         if before is not None:
-            from bingham.kernels.second_order import conditioned_spin
+            found = _conditioned(before, rows[best], sensor)
+            spin = self._changed(found, before.control, before.exponent)
+        return SpinState(orientation, spin), UpdateInfo(log_evidence, -2.0 * top, np.inf, True, "")
 
-            arrays = conditioned_spin(
-                spin.z, spin.M, before.z, before.M, rows[best], sensor.noise.z, sensor.frame, sensor.left
-            )
-            spin = Bingham.from_spectrum(*arrays)
-        return SpinState(orientation, spin, before), UpdateInfo(log_evidence, -2.0 * top, np.inf, True, "")
+
+def _conditioned(before: Prediction, y: FloatArray, sensor: OrientationSensor) -> Bingham:
+    """Return B_v · (f_{y|x} ∘ B_x⁻¹)(v^s), the distribution of the spin that led to the measurement y.
+
+    For s ≠ 1 v^s is linear in v around the mode of the result, which is found by repetition (Gauss and Newton's way):
+    then the likelihood of v^s, a quadratic form, is one of v.
+    """
+    from bingham.kernels.second_order import conditioned_spin
+
+    x, v = before.orientation, before.spin
+    if before.exponent == 1.0:
+        parts = conditioned_spin(v.z, v.M, x.z, x.M, y, sensor.noise.z, sensor.frame, sensor.left)
+        return Bingham.from_spectrum(*parts)
+    flat, frame = np.zeros(4), np.eye(4)
+    likelihood = Bingham.from_spectrum(
+        *conditioned_spin(flat, frame, x.z, x.M, y, sensor.noise.z, sensor.frame, sensor.left)
+    ).matrix
+    found = v
+    for _ in range(RELINEARISATIONS):
+        near = found.mode
+        _, jacobian = power_jacobian(near, before.exponent)
+        found = Bingham.from_matrix(v.matrix + jacobian.T @ likelihood @ jacobian)
+        if 1.0 - abs(float(near @ found.mode)) < 1e-14:
+            break
+    return found
 
 
 def classify_spin(spin: Bingham, types: ArrayLike) -> tuple[int, FloatArray]:
