@@ -11,7 +11,7 @@ from bingham.metrics import geodesic_error
 from bingham.models.sensors import OrientationSensor
 from bingham.rotations import compose, conjugate, from_rotation_vector
 from bingham.sampling.power import power, quaternion_power
-from bingham.studies.glover2013_signals import matching_covariance
+from bingham.studies.glover2013_signals import noise_covariance
 
 NEAR = np.eye(4)[:, [1, 2, 3, 0]]
 IDENTITY = np.array([1.0, 0.0, 0.0, 0.0])
@@ -43,9 +43,9 @@ def bingham_filter(first):
 
 
 def kalman_filter(first):
-    x = GaussianState(IDENTITY, matching_covariance(NOISE))
-    state = SpinningGaussian.independent(x, GaussianState(first, matching_covariance(SPIN)))
-    return SecondOrderQuaternionEkf(matching_covariance(PROCESS), matching_covariance(NOISE)), state
+    x = GaussianState(IDENTITY, noise_covariance(NOISE))
+    state = SpinningGaussian.independent(x, GaussianState(first, noise_covariance(SPIN)))
+    return SecondOrderQuaternionEkf(noise_covariance(PROCESS), noise_covariance(NOISE)), state
 
 
 def fair_kalman_filter(first):

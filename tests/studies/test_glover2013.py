@@ -23,7 +23,7 @@ from bingham.studies.glover2013_ball import (
     simulate_flight,
 )
 from bingham.studies.glover2013_composition import COMPOSED, composition_error
-from bingham.studies.glover2013_signals import IDENTITY, isotropic_distribution, matching_covariance, projected_draws
+from bingham.studies.glover2013_signals import IDENTITY, isotropic_distribution, noise_covariance, projected_draws
 from bingham.studies.study import generator
 
 
@@ -40,7 +40,7 @@ def result():
 @pytest.mark.parametrize("padded", [False, True])
 @pytest.mark.parametrize("z", [(-50.0,) * 3, (-200.0,) * 3, (-400.0, -400.0, -10.0)])
 def test_projected_gaussians_have_the_second_moment_of_the_published_distribution(z, padded):
-    distribution, covariance = isotropic_distribution(z), matching_covariance(z, padded)
+    distribution, covariance = isotropic_distribution(z), noise_covariance(z, padded)
     np.testing.assert_allclose(from_gaussian(IDENTITY, covariance).z, distribution.z, rtol=1e-8)
     x = projected_draws(covariance, 200_000, np.random.default_rng(0))
     moment = x.T @ x / len(x)

@@ -175,22 +175,32 @@ class SecondOrderBinghamFilter(RecursiveFilter[SpinState, Track[SpinState]]):
             ``log_evidence`` of the interpretation used.
         """
         check_kind(state, SpinState, "state", "start from SpinState(orientation, spin)")
-        rows = np.atleast_2d(unit_or_missing(z, 4, "z"))
-        if rows.ndim != 2:
-            raise InvalidArgumentError("z", "shape (4,), or (k, 4) for k interpretations", rows.shape)
-        rows = rows[~np.isnan(rows[:, 0])]
+        rows = self._rows(z)
         if not len(rows):
             return state, MISSING
-        sensor = self._sensor if noise is None else OrientationSensor(noise, left=self._sensor.left)  # type: ignore[attr-defined]
-        candidates = [sensor.condition(state.orientation, row) for row in rows]
-        best = max(range(len(rows)), key=lambda i: candidates[i].distribution.log_normalizer + candidates[i].top)
-        orientation, top, log_noise, _ = candidates[best]
-        log_evidence = float(orientation.log_normalizer + top - state.orientation.log_normalizer - log_noise)
+        sensor: OrientationSensor = self._sensor  # type: ignore[attr-defined]
+        sensor = sensor if noise is None else OrientationSensor(noise, left=sensor.left)
+        best, info, orientation = self._best(state.orientation, rows, sensor)
         spin, before = state.spin, state.before
         if before is not None:
             found = _conditioned(before, rows[best], sensor)
             spin = self._changed(found, before.control, before.exponent)
-        return SpinState(orientation, spin), UpdateInfo(log_evidence, -2.0 * top, np.inf, True, "")
+        return SpinState(orientation, spin), info
+
+    def _rows(self, z: ArrayLike | Rotation) -> FloatArray:
+        """Return the interpretations (k, 4) that are not missing."""
+        rows = np.atleast_2d(unit_or_missing(z, 4, "z"))
+        if rows.ndim != 2:
+            raise InvalidArgumentError("z", "shape (4,), or (k, 4) for k interpretations", rows.shape)
+        return rows[~np.isnan(rows[:, 0])]
+
+    def _best(self, predicted: Bingham, rows: FloatArray, sensor: OrientationSensor) -> tuple[int, UpdateInfo, Bingham]:
+        """Return the most probable of the interpretations (k, 4), what its update says and its posterior."""
+        candidates = [sensor.condition(predicted, row) for row in rows]
+        best = max(range(len(rows)), key=lambda i: candidates[i].distribution.log_normalizer + candidates[i].top)
+        orientation, top, log_noise, _ = candidates[best]
+        log_evidence = float(orientation.log_normalizer + top - predicted.log_normalizer - log_noise)
+        return best, UpdateInfo(log_evidence, -2.0 * top, np.inf, True, ""), orientation
 
 
 def _conditioned(before: Prediction, y: FloatArray, sensor: OrientationSensor) -> Bingham:

@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 from bingham.baselines.gaussian import GaussianState
 from bingham.distributions.bingham import Bingham
 from bingham.metrics import angle_probability, chi_square_probability, coverage, geodesic_error, nees
-from bingham.rotations import compose
+from bingham.rotations import compose, conjugate
 from bingham.studies.study import Arrays
 
-__all__ = ["AFTER", "HALF_TURN", "Found", "score"]
+__all__ = ["AFTER", "HALF_TURN", "Found", "logo_errors", "score"]
 
 FloatArray = NDArray[np.float64]
 # The symmetry of the elliptic logo: half a rotation about its own axis.
@@ -47,11 +47,24 @@ def score(found: Found, flight: Arrays, kind: int) -> Arrays:
     }
     if found.orientations is not None:
         truth, twin = flight["orientation"], compose(flight["orientation"], HALF_TURN)
+        modes = np.stack([distribution.mode for distribution in found.orientations])
         error, other = _error(found.orientations, truth), _error(found.orientations, twin)
         out["orientation_error"] = np.minimum(error, other)
+        out["logo_axis_error"], out["logo_angle_error"] = logo_errors(modes, flight["orientation"])
         nearer = np.where((error <= other)[:, None], truth, twin)
         out["orientation_covered"] = _covered(found.orientations, nearer, frames)
     return out
+
+
+def logo_errors(estimated: FloatArray, truth: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return the angles (T,), rad, between the logo's axes and about its axis, the latter up to half a rotation.
+
+    The error as a rotation in the body frame is a rotation about the logo's axis z and one across it.
+    """
+    e = compose(conjugate(truth), estimated)
+    axis = 2.0 * np.arctan2(np.hypot(e[:, 1], e[:, 2]), np.hypot(e[:, 0], e[:, 3]))
+    about = np.abs(2.0 * np.arctan2(e[:, 3], e[:, 0])) % np.pi
+    return axis, np.minimum(about, np.pi - about)
 
 
 def _error(distributions: Sequence[Distribution], truth: FloatArray) -> FloatArray:

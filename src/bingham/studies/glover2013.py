@@ -18,7 +18,7 @@ from bingham.studies.calibration import calibration_arrays, calibration_rows, mo
 from bingham.studies.glover2013_composition import COMPOSED, run_composition
 from bingham.studies.glover2013_signals import (
     isotropic_distribution,
-    matching_covariance,
+    noise_covariance,
     nominal_motion,
     projected_draws,
     simulate,
@@ -69,8 +69,8 @@ def run_cell(process: float, observation: tuple[float, ...], seed: int, cell: in
     """Filter projected-Gaussian signals first … last − 1 of one cell of Table 1; errors are angles of rotations."""
     noises = (process,) * 3, observation
     process_distribution, observation_distribution = (isotropic_distribution(z) for z in noises)
-    w, v = (matching_covariance(z) for z in noises)
-    padded_w, padded_v = (matching_covariance(z, padded=True) for z in noises)
+    w, v = (noise_covariance(z) for z in noises)
+    padded_w, padded_v = (noise_covariance(z, padded=True) for z in noises)
     count = last - first
     starts, controls = np.empty((count, 4)), np.empty((count, STEPS, 4))
     truth, measured = np.empty_like(controls), np.empty_like(controls)

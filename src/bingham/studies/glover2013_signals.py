@@ -7,16 +7,14 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import root
 from scipy.spatial.transform import Rotation
 
 from bingham.distributions.bingham import Bingham
-from bingham.distributions.relations import from_gaussian, to_gaussian
-from bingham.errors import ConvergenceError
+from bingham.distributions.matching import matching_covariance
 from bingham.rotations import compose, conjugate
 from bingham.studies.study import Arrays
 
-__all__ = ["isotropic_distribution", "matching_covariance", "nominal_motion", "projected_draws", "simulate"]
+__all__ = ["isotropic_distribution", "noise_covariance", "nominal_motion", "projected_draws", "simulate"]
 
 FloatArray = NDArray[np.float64]
 IDENTITY = np.array([1.0, 0.0, 0.0, 0.0])
@@ -31,28 +29,9 @@ def isotropic_distribution(z: tuple[float, ...]) -> Bingham:
 
 
 @cache
-def matching_covariance(z: tuple[float, ...], padded: bool = False) -> FloatArray:
-    """Return C (4, 4), diagonal, with E[x xᵀ/|x|²] = E_B[x xᵀ] for x ~ N(1, C), B = `isotropic_distribution` (z).
-
-    The three vector entries solve these three equations; they leave the scalar's own variance free. It is
-    E_B[(1 − |x₀|)²], how far the distribution really spreads along its mode, or the mean of the other three if
-    ``padded``.
-    """
-    distribution = isotropic_distribution(z)
-    target = np.diag(distribution.moment())[1:]
-    along = to_gaussian(distribution).covariance[0, 0]
-
-    def covariance(log_s: FloatArray) -> FloatArray:
-        s = np.exp(log_s)
-        return np.diag([s.mean() if padded else along, *s])
-
-    def excess(log_s: FloatArray) -> FloatArray:
-        return np.log(np.diag(from_gaussian(IDENTITY, covariance(log_s)).moment())[1:] / target)
-
-    found: Any = root(excess, np.log(target), tol=1e-10)
-    if np.abs(found.fun).max() > 1e-8:
-        raise ConvergenceError("found no Gaussian of equal projected moment", found.fun)
-    return covariance(found.x)
+def noise_covariance(z: tuple[float, ...], padded: bool = False) -> FloatArray:
+    """Return the `matching_covariance` (4, 4) of the noise `isotropic_distribution` (z)."""
+    return matching_covariance(isotropic_distribution(z), padded=padded)
 
 
 def nominal_motion(rng: np.random.Generator, steps: int) -> tuple[FloatArray, FloatArray]:
