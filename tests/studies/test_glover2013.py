@@ -6,21 +6,21 @@ from bingham import Bingham
 from bingham.baselines.gaussian import GaussianState
 from bingham.distributions.relations import from_gaussian, to_gaussian
 from bingham.metrics import geodesic_error
-from bingham.rotations import compose, conjugate, rotate
+from bingham.rotations import compose, conjugate, from_rotation_vector, rotate
 from bingham.studies import load_study
-from bingham.studies.ball_filters import BACK, DARK, INFORMED, LOGO, PROCESS, SPIN_PRIOR, run_filters
-from bingham.studies.ball_scores import HALF_TURN, Found, score
+from bingham.studies.ball_bounce import bounce_chunk
+from bingham.studies.ball_filters import run_filters
+from bingham.studies.ball_flights import BOUNCE, SPIN_TYPES, VISIBLE, simulate_flight
+from bingham.studies.ball_noises import BACK, DARK, INFORMED, LOGO, PROCESS, SPIN_PRIOR
+from bingham.studies.ball_scores import HALF_TURN, Found, logo_errors, score
 from bingham.studies.execute import run_study
 from bingham.studies.glover2013 import TABLE
 from bingham.studies.glover2013_ball import (
     ASSUMED,
     DEFAULT,
     LOGO_NOISES,
-    SPIN_TYPES,
     STUDY,
-    VISIBLE,
     run_chunk,
-    simulate_flight,
 )
 from bingham.studies.glover2013_composition import COMPOSED, composition_error
 from bingham.studies.glover2013_signals import IDENTITY, isotropic_distribution, noise_covariance, projected_draws
@@ -263,8 +263,8 @@ def _model_flight(rng):
     spin, x = compose(INFORMED.rvs(1, rng=rng)[0], SPIN_TYPES[kind]), Bingham.uniform(4).rvs(1, rng=rng)[0]
     orientation = np.empty((30, 4))
     for n, w in enumerate(PROCESS.rvs(30, rng=rng)):
-        spin = compose(w, spin)
         orientation[n] = x = compose(spin, x)
+        spin = compose(w, spin)
     seen = compose(orientation, LOGO.rvs(30, rng=rng))[:, None]
     return {"orientation": orientation, "spin": spin, "seen": seen}, kind
 
@@ -280,9 +280,25 @@ def test_the_second_order_filter_covers_what_its_model_makes(monkeypatch):
     # Binomial standard error: 0.015.
     assert np.all(np.abs(np.array(covered()) - 0.95) < 0.045)
     # Negative control: noises taken for a third as wide.
-    monkeypatch.setattr("bingham.studies.ball_filters.LOGO", isotropic_distribution((-360.0, -360.0, -90.0)))
-    monkeypatch.setattr("bingham.studies.ball_filters.PROCESS", isotropic_distribution((-3600.0,) * 3))
+    monkeypatch.setattr("bingham.studies.ball_bingham.LOGO", isotropic_distribution((-360.0, -360.0, -90.0)))
+    monkeypatch.setattr("bingham.studies.ball_bingham.PROCESS", isotropic_distribution((-3600.0,) * 3))
     assert max(covered()) < 0.7
+
+
+@pytest.mark.parametrize(("error", "axis", "angle"), [((0.3, 0, 0), 0.3, 0), ((0, 0.2, 0), 0.2, 0), ((0, 0, 0.4), 0, 0.4),
+                                                      ((0, 0, np.pi - 0.1), 0, 0.1), ((np.pi, 0, 0), np.pi, None)])  # fmt: skip
+def test_logo_errors_split_a_rotation_into_tilt_and_twist(error, axis, angle):
+    truth = Bingham.uniform(4).rvs(5, rng=0)
+    tilt, twist = logo_errors(compose(truth, from_rotation_vector(np.array(error, dtype=float))), truth)
+    np.testing.assert_allclose(tilt, axis, atol=1e-7)
+    if angle is not None:
+        np.testing.assert_allclose(twist, angle, atol=1e-7)
+
+
+def test_a_bounce_is_a_control():
+    errors = bounce_chunk(LOGO_NOISES[DEFAULT], 3, 0, 12)
+    told, untold = (np.median(errors[f"bounce/bingham_second_order/{name}"][:, BOUNCE]) for name in ("told", "untold"))
+    assert told < 0.3 < untold
 
 
 def test_the_table_states_coverage_after_each_frame():
