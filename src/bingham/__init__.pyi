@@ -22,6 +22,7 @@ from .distributions.normalizer import log_normalizer as log_normalizer
 from .distributions.normalizer import moments as moments
 from .errors import BinghamError as BinghamError
 from .errors import InvalidArgumentError as InvalidArgumentError
+from .filters.constant_spin import fit_constant_spin as fit_constant_spin
 from .filters.first_order import BinghamFilter as BinghamFilter
 from .filters.gate import Gate as Gate
 from .filters.imu import ImuFilter as ImuFilter

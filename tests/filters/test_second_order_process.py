@@ -5,8 +5,8 @@ import pytest
 
 from bingham import Bingham
 from bingham.baselines.gaussian import GaussianState
-from bingham.filters.second_order import SecondOrderBinghamFilter, SpinState
 from bingham.baselines.second_order_ekf import SecondOrderQuaternionEkf, SpinningGaussian
+from bingham.filters.second_order import SecondOrderBinghamFilter, SpinState
 from bingham.metrics import geodesic_error
 from bingham.models.sensors import OrientationSensor
 from bingham.rotations import compose, conjugate, from_rotation_vector

@@ -285,8 +285,16 @@ def test_the_second_order_filter_covers_what_its_model_makes(monkeypatch):
     assert max(covered()) < 0.7
 
 
-@pytest.mark.parametrize(("error", "axis", "angle"), [((0.3, 0, 0), 0.3, 0), ((0, 0.2, 0), 0.2, 0), ((0, 0, 0.4), 0, 0.4),
-                                                      ((0, 0, np.pi - 0.1), 0, 0.1), ((np.pi, 0, 0), np.pi, None)])  # fmt: skip
+@pytest.mark.parametrize(
+    ("error", "axis", "angle"),
+    [
+        ((0.3, 0, 0), 0.3, 0),
+        ((0, 0.2, 0), 0.2, 0),
+        ((0, 0, 0.4), 0, 0.4),
+        ((0, 0, np.pi - 0.1), 0, 0.1),
+        ((np.pi, 0, 0), np.pi, None),
+    ],
+)
 def test_logo_errors_split_a_rotation_into_tilt_and_twist(error, axis, angle):
     truth = Bingham.uniform(4).rvs(5, rng=0)
     tilt, twist = logo_errors(compose(truth, from_rotation_vector(np.array(error, dtype=float))), truth)

@@ -1,4 +1,5 @@
 from .bingham import Bingham as Bingham
+from .matching import matching_covariance as matching_covariance
 from .mixture import BinghamMixture as BinghamMixture
 from .normalizer import concentrations as concentrations
 from .normalizer import log_normalizer as log_normalizer

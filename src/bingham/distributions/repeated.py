@@ -20,7 +20,7 @@ def repeated(noise: Bingham, times: float) -> Bingham:
 
     Composition multiplies mean rotation matrices: E[R(w ⊗ w')] = E[R(w)] E[R(w')]. About the noise's own axes
     E[R(w)] = diag(1 − 2(ωⱼ + ω_k)), and its power t is the mean rotation of anisotropic Brownian motion over t steps.
-    An integer t gives what composing t times gives, t = 1 the noise itself. No Bingham distribution is as narrow as t = 0.
+    An integer t gives what composing t times gives, t = 1 the noise itself; t = 0 would be narrower than any Bingham.
 
     Parameters
     ----------

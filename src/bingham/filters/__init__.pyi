@@ -1,6 +1,8 @@
 from .bank import BankInfo as BankInfo
 from .bank import BankState as BankState
 from .bank import FilterBank as FilterBank
+from .constant_spin import ConstantSpin as ConstantSpin
+from .constant_spin import fit_constant_spin as fit_constant_spin
 from .first_order import BinghamFilter as BinghamFilter
 from .gate import Gate as Gate
 from .imu import ImuFilter as ImuFilter
@@ -17,8 +19,11 @@ from .sampled import SampledFilter as SampledFilter
 from .second_order import SecondOrderBinghamFilter as SecondOrderBinghamFilter
 from .second_order import SpinState as SpinState
 from .second_order import classify_spin as classify_spin
+from .second_order_mixture import SecondOrderMixtureFilter as SecondOrderMixtureFilter
+from .second_order_mixture import SpinMixture as SpinMixture
 from .smoother import smooth_fixed_interval as smooth_fixed_interval
 from .smoother import smooth_fixed_lag as smooth_fixed_lag
+from .spin import SpinFilter as SpinFilter
 from .track import BinghamTrack as BinghamTrack
 from .track import Track as Track
 from .tune import SensorNoise as SensorNoise

@@ -14,7 +14,9 @@ from bingham.distributions.bingham import Bingham
 from bingham.distributions.mixture import BinghamMixture
 from bingham.errors import InvalidArgumentError
 from bingham.filters.protocol import MISSING, UpdateInfo
+from bingham.filters.run import RecursiveFilter
 from bingham.filters.second_order import SecondOrderBinghamFilter, SpinState
+from bingham.filters.track import Track
 from bingham.sampling.riemannian import RiemannianSampling
 from bingham.validation import check_kind, integer
 
@@ -77,7 +79,7 @@ class SpinMixture:
 
 
 @dataclass(frozen=True)
-class SecondOrderMixtureFilter:
+class SecondOrderMixtureFilter(RecursiveFilter[SpinMixture, Track[SpinMixture]]):
     """A few second-order filters in place of one: rotations seen now and then alias by half turns.
 
     A single Bingham distribution of the spin settles on one of the spins that explain the first orientations, and may
@@ -115,6 +117,11 @@ class SecondOrderMixtureFilter:
     def __post_init__(self) -> None:
         check_kind(self.member, SecondOrderBinghamFilter, "member")
         integer(self.max_components, "max_components", 1)
+
+    @property
+    def several(self) -> bool:
+        """Whether a measurement may have several interpretations: it may."""
+        return True
 
     def predict(
         self, state: SpinMixture, control: ArrayLike | Rotation | None = None, dt: float | None = None

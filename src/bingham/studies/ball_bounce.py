@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from bingham.distributions.bingham import Bingham
 from bingham.baselines.gaussian import GaussianState
-from bingham.filters.second_order import SecondOrderBinghamFilter, SpinState
 from bingham.baselines.second_order_ekf import SecondOrderQuaternionEkf, SpinningGaussian
+from bingham.distributions.bingham import Bingham
+from bingham.filters.second_order import SecondOrderBinghamFilter, SpinState
 from bingham.rotations import from_rotation_vector
 from bingham.studies.ball_flights import BOUNCE, FRAMES, SPIN_TYPES, simulate_flight
 from bingham.studies.ball_gaussian import covariance_of

@@ -7,11 +7,11 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
-from bingham.distributions.bingham import Bingham
-from bingham.distributions.matching import matching_covariance
 from bingham.baselines.gaussian import GaussianState
 from bingham.baselines.quaternion_ekf import QuaternionEkf
 from bingham.baselines.second_order_ekf import SecondOrderQuaternionEkf, SpinningGaussian
+from bingham.distributions.bingham import Bingham
+from bingham.distributions.matching import matching_covariance
 from bingham.rotations import conjugate, left_matrix, right_matrix
 from bingham.studies.ball_noises import BACK, DARK, IDENTITY, LOGO, PROCESS, SPIN_PRIOR, turns
 from bingham.studies.ball_scores import Found

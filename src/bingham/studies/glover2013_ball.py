@@ -69,9 +69,7 @@ def _summarize(runs: int, seed: int, results: Mapping[str, Arrays]) -> StudyResu
     curves: Arrays = {"kind": joined(results, f"level{DEFAULT}-", "kind")}
     for level in range(len(LOGO_NOISES)):
         first = results[min(key for key in results if key.startswith(f"level{level}-"))]
-        found = {
-            name: joined(results, f"level{level}-", name) for name in first if name.count("/") == 1
-        }
+        found = {name: joined(results, f"level{level}-", name) for name in first if name.count("/") == 1}
         for name in (*FILTERS, "random_guess"):
             correct, spin = found[f"correct/{name}"], found[f"spin_error/{name}"]
             orientation = found.get(f"orientation_error/{name}")
