@@ -107,6 +107,11 @@ def track(
         None, metavar="FILE", help="With -: go on from this state if it is there, and keep it up to date."
     ),
     plain: bool = typer.Option(False, "--plain", help="IMU: the simple filter, without gyroscope bias."),
+    spin: bool = typer.Option(
+        False,
+        "--spin",
+        help="Orientations: follow the spin, too, and print it: axis, revolutions a second, covariance.",
+    ),
     reading: Any = None,
 ) -> None:
     """Filter recordings of an IMU, or of noisy orientations, into orientations with uncertainty.
@@ -140,6 +145,17 @@ def track(
         reject_options(given, options_of_files, "recordings in files", "- (standard input, which only takes --state)")
         announce_compilation()
         track_stream(state)
+        return
+    if spin:
+        from bingham.cli.spin import track_spin
+
+        noise = measurement_noise if "measurement_noise" in given else None
+        others = tuple(
+            given.keys() - {"recordings", "output", "as_json", "figure", "measurement_noise", "reading", "spin"}
+        )
+        reject_options(given, others, "a track without --spin", "--spin")
+        track_spin(recordings, output, as_json=as_json, figure=figure, format=reading[0], reading=reading[1],
+                   measurement_noise=noise)  # fmt: skip
         return
     if output is None:
         raise InvalidArgumentError("--output", "a folder for the tracks", "none", "add -o FOLDER")
