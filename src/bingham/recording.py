@@ -38,6 +38,8 @@ USUAL_FORCE = (5.0, 20.0)
 LIKE_GRAVITY = (9.4, 10.2)
 # rad/s; usual sensors for bodies end at 2000 degrees/s, which is 35, and few go further.
 TOO_FAST = 40.0
+# Rows of which medians and quantiles tell what is usual in a recording of any length.
+ENOUGH_ROWS = 20_000
 SWAPPED = "Check the order: time, gyroscope, accelerometer, magnetometer"
 
 
@@ -75,7 +77,9 @@ def as_seconds(values: ArrayLike, name: str = "time", longest_step: float | None
     time = _floats(name, values)
     if time.ndim != 1 or not len(time):
         return time
-    largest = int(np.argmax(np.where(np.isfinite(time), np.abs(time), 0.0)))
+    largest = 0
+    if not -NEVER_SECONDS < time.min() <= time.max() < NEVER_SECONDS:
+        largest = int(np.argmax(np.where(np.isfinite(time), np.abs(time), 0.0)))
     if abs(time[largest]) >= NEVER_SECONDS and np.isfinite(time[largest]):
         unit = next(
             u for u, minimum in (("nano", 1e17), ("micro", 1e14), ("milli", 0.0)) if abs(time[largest]) >= minimum
@@ -84,7 +88,7 @@ def as_seconds(values: ArrayLike, name: str = "time", longest_step: float | None
         raise RowError(
             name, largest, "seconds", f"{time[largest]:.6g}", f"are these {unit}seconds? Multiply by {factor}"
         )
-    step = float(np.median(np.diff(time))) if len(time) > 1 else 0.0
+    step = float(np.median(_some(np.diff(time)))) if len(time) > 1 else 0.0
     if longest_step is not None and step >= longest_step:
         hint = "are these nano- or microseconds? Multiply by 1e-9 or 1e-6"
         raise RowError(name, 1, "seconds of a gyroscope", f"steps of {step:.6g}", hint)
@@ -254,7 +258,7 @@ class ImuRecording:
         if self.earth_frame not in ("ENU", "NED", "NWU"):
             raise InvalidArgumentError("earth_frame", "'ENU', 'NED' or 'NWU'", repr(self.earth_frame))
         step = _usual_step(self)
-        turn = step * float(np.median(np.linalg.norm(self.gyroscope, axis=1)))
+        turn = step * float(np.median(np.linalg.norm(_some(self.gyroscope), axis=1)))
         if step >= SELDOM and turn > np.pi:
             got = f"steps of {step:.4g} s with {turn:.3g} rad in each"
             raise RowError(
@@ -305,7 +309,7 @@ def doubts(recording: ImuRecording) -> list[Doubt]:
     if (step := _usual_step(recording)) >= SELDOM:
         question = f"usually {step:.4g} s between samples of a gyroscope: is it in milliseconds?"
         found.append(Doubt("time", question, "ms", "Multiply by 1e-3"))
-    force = recording.accelerometer
+    force = _some(recording.accelerometer)
     if force is not None and (there := np.isfinite(force[:, 0])).any():
         usual = float(np.median(np.linalg.norm(force[there], axis=1)))
         if IN_G[0] < usual < IN_G[1]:
@@ -314,7 +318,7 @@ def doubts(recording: ImuRecording) -> list[Doubt]:
         elif not USUAL_FORCE[0] < usual < USUAL_FORCE[1]:
             question = f"usually {usual:.3g} m/s², where gravity alone is 9.81: another unit, or another sensor's?"
             found.append(Doubt("accelerometer", question, "", SWAPPED))
-    rate = np.linalg.norm(recording.gyroscope, axis=1)
+    rate = np.linalg.norm(_some(recording.gyroscope), axis=1)
     usual, fastest = float(np.median(rate)), float(np.quantile(rate, 0.99))
     if LIKE_GRAVITY[0] < usual < LIKE_GRAVITY[1]:
         question = f"usually {usual:.3g} rad/s, the number of gravity in m/s²: the accelerometer's?"
@@ -326,7 +330,12 @@ def doubts(recording: ImuRecording) -> list[Doubt]:
 
 
 def _usual_step(recording: ImuRecording) -> float:
-    return float(np.median(np.diff(recording.time))) if recording.size > 1 else 0.0
+    return float(np.median(_some(np.diff(recording.time)))) if recording.size > 1 else 0.0
+
+
+def _some(rows: Any) -> Any:
+    """Return as many rows, evenly spread, as what is usual needs; None of None."""
+    return rows if rows is None or len(rows) < 2 * ENOUGH_ROWS else rows[:: len(rows) // ENOUGH_ROWS]
 
 
 def _store(recording: object, **fields: Any) -> None:
@@ -338,7 +347,11 @@ def _store(recording: object, **fields: Any) -> None:
 
 
 def _floats(name: str, values: ArrayLike) -> NDArray[np.float64]:
-    """Return an own C-contiguous float64 copy."""
+    """Return an own C-contiguous float64 copy; of an array that nobody can write to, itself."""
+    if isinstance(values, np.ndarray) and values.dtype == np.float64 and values.flags.c_contiguous:
+        own = values.base is None and not values.flags.writeable
+        if own:
+            return values
     try:
         return np.array(values, dtype=np.float64, order="C")
     except (TypeError, ValueError):
@@ -367,6 +380,8 @@ def _rows(name: str, values: ArrayLike, size: int, width: int | None, *, missing
     if rows.ndim != 2 or rows.shape[0] != size or (width is not None and rows.shape[1] != width):
         expected = f"shape ({size}, {'d' if width is None else width}), a row for each time"
         raise InvalidArgumentError(name, expected, f"shape {rows.shape}")
+    if np.isfinite(rows).all():
+        return rows
     legal = np.isfinite(rows).all(axis=1)
     if missing:
         legal |= np.isnan(rows).all(axis=1)

@@ -80,6 +80,8 @@ def inertial_recording(
         if name in aligned:
             aligned |= _without_zeros(path, name, aligned[name])
     fields = {name: values for name, values in aligned.items() if values is not None}
+    for values in (time, *fields.values()):
+        values.setflags(write=False)  # so the recording need not copy them
     return build_of_units(ImuRecording, path, _through(place, index), {**about, "time": time, **fields}, units=units)
 
 
@@ -130,7 +132,7 @@ def _through(place: Place, index: NDArray[np.intp] | None) -> Place:
 
 
 def _check_measurable(path: Path, place: Place, name: str, values: FloatArray) -> None:
-    if values.size and not np.abs(values).max() <= MEASURABLE:  # NaN: looked at one by one
+    if values.size and not -MEASURABLE <= values.min() <= values.max() <= MEASURABLE:  # NaN: looked at one by one
         with np.errstate(invalid="ignore"):
             beyond = (np.abs(values) > MEASURABLE).any(axis=1)
         if beyond.any():
@@ -142,9 +144,11 @@ def _check_measurable(path: Path, place: Place, name: str, values: FloatArray) -
 def _samples(path: Path, aligned: Mapping[str, FloatArray]) -> NDArray[np.intp] | None:
     """Return the rows that are not zero in gyroscope and accelerometer at once, None if all are samples."""
     rate, force = aligned["gyroscope"], aligned.get("accelerometer")
-    if force is None or (rate[0].any() and rate.all()):
+    if force is None or not (zero := rate[:, 0] == 0.0).any():
         return None
-    empty = (rate == 0.0).all(axis=1) & (force == 0.0).all(axis=1)
+    at = np.flatnonzero(zero)
+    empty = np.zeros(len(rate), dtype=np.bool_)
+    empty[at] = (rate[at] == 0.0).all(axis=1) & (force[at] == 0.0).all(axis=1)
     count = int(np.count_nonzero(empty))
     if not count:
         return None
@@ -156,9 +160,9 @@ def _samples(path: Path, aligned: Mapping[str, FloatArray]) -> NDArray[np.intp] 
 
 def _without_zeros(path: Path, name: str, values: FloatArray) -> dict[str, Any]:
     """Take rows of zeros of an accelerometer or magnetometer for missing ones; a sensor of nothing else for absent."""
-    if values[0].all() and values.all():
+    if not (zero := values[:, 0] == 0.0).any():
         return {}
-    empty = (values == 0.0).all(axis=1)
+    empty = zero & (values == 0.0).all(axis=1)
     count = int(np.count_nonzero(empty))
     if not count:
         return {}

@@ -198,7 +198,7 @@ def _samples(path: Path, place: Place, time: FloatArray, values: dict[str, Float
     index: dict[str, NDArray[np.intp]] = {}
     streams: dict[str, Stream] = {}
     sensors = {name: values.pop(name) for name in SENSORS if name in values}
-    there = {name: ~np.isnan(v).all(axis=1) for name, v in sensors.items()}
+    there = {name: _present(v) for name, v in sensors.items()}
     base = there.get("gyroscope")
     rows: dict[str, NDArray[Any]] = dict(values)
     for field in ("orientation", "truth", "reference"):
@@ -235,6 +235,13 @@ def _samples(path: Path, place: Place, time: FloatArray, values: dict[str, Float
         return place(field, k if at is None else int(at[k]))
 
     return Samples(path, where, streams, rows, meaning.preset and meaning.preset.earth_frame)
+
+
+def _present(values: FloatArray) -> NDArray[np.bool_]:
+    """Return which rows hold anything."""
+    if np.isfinite(values.sum()):
+        return np.ones(len(values), dtype=np.bool_)
+    return ~np.isnan(values).all(axis=1)
 
 
 def _is_dated(text: TextFile, layout: Layout, column: int) -> bool:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import csv
 import re
+from collections import Counter
 from dataclasses import dataclass, field
 
 from bingham.errors import RecordingError
@@ -21,6 +22,7 @@ NUMBER = re.compile(r"[-+]?(?:\d+(?:[.,]\d*)?|[.,]\d+)(?:[eE][-+]?\d+)?", re.ASC
 COMMA_NUMBER = re.compile(r"[-+]?\d*,\d+(?:[eE][-+]?\d+)?", re.ASCII)
 NOTHING = {"", "nan", "null", "none", "na", "n/a", "-nan", "inf", "-inf", "true", "false"}
 SEPARATORS = (",", ";", "\t", "|", None)
+LINES = 400  # within which a table begins
 ROWS = 3  # that are alike make a table, fewer at the end of a file
 LONGEST_CELL = 65_536
 
@@ -82,7 +84,7 @@ def find_layout(text: TextFile) -> Layout:
     RecordingError
         If no lines of it look like the rows of one.
     """
-    lines = text.head
+    lines = text.head[:LINES]
     if lines[0][1].lower().startswith("sep="):  # what spreadsheets and Shimmer write
         given = lines[0][1][4:].strip(' "').replace("\\t", "\t") or "\t"
         found = _table(lines[1:], given[:1], text.complete)
@@ -113,6 +115,8 @@ def _is_number(cell: str, *, comma: bool) -> bool:
 
 def _is_row(cells: list[str], separator: str | None) -> bool:
     """Whether cells look like samples: one cell or more is a number or date, and at most half are words."""
+    if separator is None and not {",", ";", "|"}.isdisjoint(cells):
+        return False  # separators with spaces around
     numbers = [_is_number(c, comma=separator != ",") or is_date(c) for c in cells]
     said = [good for good, c in zip(numbers, cells, strict=True) if c.lower() not in NOTHING]
     return bool(said) and any(said) and 2 * sum(numbers) >= len(cells)
@@ -120,24 +124,42 @@ def _is_row(cells: list[str], separator: str | None) -> bool:
 
 def _table(lines: list[tuple[int, str]], separator: str | None, complete: bool) -> Layout | None:
     body = [(k, line) for k, (_, line) in enumerate(lines) if not _is_comment(line)]
-    cells = [split_cells(line, separator) for _, line in body[:2000]]
+    cells = [split_cells(line, separator) for _, line in body]
     alike = [len(c) > (separator is not None) and _is_row(c, separator) for c in cells]
-    for k, good in enumerate(alike):
+    widths = Counter(len(c) for c, good in zip(cells, alike, strict=True) if good)
+    if not widths:
+        return None
+    usual = max(widths.values())
+    places = [place for place, _ in body]
+    found = [
+        _layout(lines, places, cells, alike, _first(cells, alike, width, complete), separator)
+        for width, count in widths.items()
+        if count == usual
+    ]
+    return max(found, key=_credibility)
+
+
+def _first(cells: list[list[str]], alike: list[bool], width: int, complete: bool) -> int:
+    """Return the first of the rows of a width that others like it follow, or else the first at all."""
+    rows = [k for k, c in enumerate(cells) if alike[k] and len(c) == width]
+    for k in rows:
         following = range(k, min(k + ROWS, len(cells)))
-        enough = len(following) == ROWS or complete
-        if good and enough and all(alike[i] and len(cells[i]) == len(cells[k]) for i in following):
-            return _layout(lines, [i for i, _ in body], cells, k, separator)
-        if good and len(following) < ROWS and complete:
-            return _layout(lines, [i for i, _ in body], cells, k, separator)
-    return None
+        if (len(following) == ROWS or complete) and all(len(cells[i]) == width for i in following):
+            return k
+    return rows[0]
 
 
 def _layout(
-    lines: list[tuple[int, str]], at: list[int], cells: list[list[str]], k: int, separator: str | None
+    lines: list[tuple[int, str]],
+    at: list[int],
+    cells: list[list[str]],
+    alike: list[bool],
+    k: int,
+    separator: str | None,
 ) -> Layout:
     """Make the layout of a table whose first row is the k-th line that is no comment."""
     width = len(cells[k])
-    names, units, header = _names(lines, at, cells, k, width, separator)
+    names, units, header = _names(lines, at, cells, alike, k, width, separator)
     width = len(names) or width
     decimal = "."
     if separator != ",":
@@ -153,16 +175,22 @@ def _layout(
 
 
 def _names(
-    lines: list[tuple[int, str]], at: list[int], cells: list[list[str]], k: int, width: int, separator: str | None
+    lines: list[tuple[int, str]],
+    at: list[int],
+    cells: list[list[str]],
+    alike: list[bool],
+    k: int,
+    width: int,
+    separator: str | None,
 ) -> tuple[list[str], list[str], int]:
     """Return the names above the table, units between, and the line of the names: 0 if there are none."""
-    above = [(lines[at[i]][0], cells[i]) for i in range(max(k - 2, 0), k)]
+    above = [(lines[at[i]][0], cells[i]) for i in range(max(k - 2, 0), k) if not alike[i]]
     above = [(number, row) for number, row in above if _fits(row, width)]
     if len(above) == 2 and _are_units(above[1][1]) and not _are_units(above[0][1]):
         return _fitted(above[0][1], width), _fitted(above[1][1], width), above[0][0]
     if above and k and above[-1][0] == lines[at[k - 1]][0]:
         return _fitted(above[-1][1], width), [], above[-1][0]
-    direct = cells[k - 1] if k else []
+    direct = cells[k - 1] if k and not alike[k - 1] else []
     if len(direct) > 2 and 2 * len(direct) >= width and not any(NUMBER.fullmatch(c) for c in direct):
         return direct, [], lines[at[k - 1]][0]  # names, but not as many as cells: the reader of rows says so
     # A comment right above may hold the names: "#timestamp [ns],…", "%time,field.…".

@@ -104,7 +104,7 @@ def meaning_of(
     wanted = ["time", *SENSORS, "position", "sensor", "estimate"]
     for quantity in wanted:
         at = preset.find(layout.names, quantity)
-        if not at or quantity in by_user:
+        if not at or (quantity == "time" and "t" in columns):
             continue
         if quantity == "sensor":
             if any(QUANTITY[name] in SENSORS for name in found.column):
@@ -119,6 +119,8 @@ def meaning_of(
                 continue
             quantity = "orientation"
         for name, column in zip(COLUMNS[quantity], at, strict=True):
+            if name in columns:
+                continue
             unit = _unit(layout, column) or told.units.get(quantity) or preset.units.get(quantity)
             factor = asked.get(quantity)
             if factor is None and unit:

@@ -109,35 +109,34 @@ def _by_arrow(text: TextFile, layout: Layout, kinds: dict[int, str]) -> dict[int
     except ImportError:
         return None
     types = {"number": pa.float64(), "integer": pa.int64(), "word": pa.string()}
-    names = [str(k) for k in range(layout.width)]
-    wanted = [str(k) for k in kinds]
-    parts: dict[int, list[Any]] = {k: [] for k in kinds}
+    quoted = any('"' in line for _, line in text.head)  # quotes further down make it fail, and the careful one read
     try:
-        with reader.open_csv(
+        table = reader.read_csv(
             text.path,
             read_options=reader.ReadOptions(
-                use_threads=False, block_size=BLOCK, skip_rows=layout.first - 1, column_names=names
+                use_threads=False,
+                block_size=BLOCK,
+                skip_rows=layout.first - 1,
+                column_names=[str(k) for k in range(layout.width)],
             ),
-            parse_options=reader.ParseOptions(delimiter=separator),
+            parse_options=reader.ParseOptions(delimiter=separator, quote_char='"' if quoted else False),
             convert_options=reader.ConvertOptions(
                 column_types={str(k): types[kind] for k, kind in kinds.items()},
-                include_columns=wanted,
+                include_columns=[str(k) for k in kinds],
                 null_values=list(MISSING),
                 decimal_point=layout.decimal,
+                check_utf8="word" in kinds.values(),
             ),
-        ) as batches:
-            for batch in batches:
-                for k, kind in kinds.items():
-                    values = batch.column(str(k))
-                    if kind == "word":
-                        parts[k].extend(values.to_pylist())
-                    elif kind == "integer" and values.null_count:
-                        return None
-                    else:
-                        parts[k].append(values.to_numpy(zero_copy_only=False))
+        )
     except (pa.ArrowException, OSError, UnicodeDecodeError):
         return None
-    return {k: parts[k] if kind == "word" else np.concatenate(parts.pop(k)) for k, kind in kinds.items()}
+    columns: dict[int, Any] = {}
+    for k, kind in kinds.items():
+        values = table.column(str(k))
+        if kind == "integer" and values.null_count:
+            return None
+        columns[k] = values.to_pylist() if kind == "word" else values.to_numpy()
+    return columns
 
 
 def _lone_separator(text: TextFile, layout: Layout) -> str | None:
