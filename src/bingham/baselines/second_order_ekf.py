@@ -113,13 +113,13 @@ class SecondOrderQuaternionEkf(KalmanFilter[SpinningGaussian]):
             steps = float(dt)
             if steps != 1.0:
                 raised, by_spin = power_jacobian(v / np.linalg.norm(v, axis=-1, keepdims=True), steps)
-        F = np.zeros((*state.mean.shape[:-1], 8, 8))
+        F = np.zeros((*np.broadcast_shapes(state.mean.shape[:-1], u.shape[:-1]), 8, 8))
         F[..., :4, :4], F[..., :4, 4:] = left_matrix(raised), right_matrix(x) @ by_spin
         F[..., 4:, 4:] = left_matrix(u)
         spin = compose(u, v)
         covariance = F @ state.covariance @ np.swapaxes(F, -1, -2)
         covariance[..., 4:, 4:] += steps * (noise_about(spin, self._w, True) if self.rotate_noise else self._w)
-        mean = np.concatenate([compose(raised, x), spin], axis=-1)
+        mean = np.concatenate(np.broadcast_arrays(compose(raised, x), spin), axis=-1)
         return unchecked(SpinningGaussian, mean=mean, covariance=covariance)
 
     def update(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -56,7 +57,10 @@ class InertialState:
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
 class InertialTrack(BinghamTrack):
-    """A `BinghamTrack` of two sensors, gravity and heading; ``state`` continues it."""
+    """A `BinghamTrack` of gravity and heading; ``state`` continues it, None in a slice that ends elsewhere."""
+
+    AT_END: ClassVar[tuple[str, ...]] = ("final", "state")
+    SENSORS: ClassVar[tuple[str, ...]] = ("gravity", "heading")
 
     state: InertialState
 
@@ -184,7 +188,7 @@ class InertialFilter:
             results, time, limits, batched=False, in_list=True, kind=InertialTrack,
             state=InertialState(end, float(time[-1]), average, last_row, pace),
         )  # fmt: skip
-        warn_of_rejections(track, ("gravity", "heading"))
+        warn_of_rejections(track)
         return track
 
     @property

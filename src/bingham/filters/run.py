@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import warnings
 from abc import ABC, abstractmethod
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any, Generic, Literal, TypeVar, cast
 
@@ -352,7 +352,7 @@ def _gathered(states: list[Any], axis: int) -> Any:
     return kind.stacked(states, axis) if hasattr(kind, "stacked") else states
 
 
-def warn_of_rejections(track: Track[Any], sensors: Sequence[str] = ()) -> None:
+def warn_of_rejections(track: Track[Any]) -> None:
     """Say so where a gate rejects most of what a sensor measured: it is the models that are wrong then."""
     decision = track.decision.reshape(-1, 1) if track.decision.ndim == track.log_evidence.ndim else track.decision
     decision = decision.reshape(-1, decision.shape[-1])
@@ -360,7 +360,7 @@ def warn_of_rejections(track: Track[Any], sensors: Sequence[str] = ()) -> None:
         measured = int(np.sum(decision[:, s] != MISSING))
         rejected = int(np.sum(decision[:, s] == REJECTED))
         if measured >= FEW and rejected > MOST * measured:
-            sensor = f" of {sensors[s]}" if sensors else f" of sensor {s + 1}" if decision.shape[1] > 1 else ""
+            sensor = f" of {track.sensor(s)}" if decision.shape[1] > 1 else ""
             warnings.warn(
                 f"the gate rejected {rejected} of {measured} measurements{sensor}, the first in row "
                 f"{int(np.argmax(decision[:, s] == REJECTED))}: is a noise too small, the prior too narrow, a unit or "

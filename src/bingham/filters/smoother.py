@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from scipy.spatial.transform import Rotation
 
 from bingham.distributions.bingham import Bingham
 from bingham.errors import InvalidArgumentError
@@ -35,22 +36,23 @@ ORDER = "the filter comes first, then the prior and the measurements"
 def smooth_fixed_interval(
     bingham_filter: BinghamFilter,
     prior: Bingham,
-    measurements: ArrayLike,
+    measurements: ArrayLike | Rotation | tuple[ArrayLike, ...],
     *,
     controls: ArrayLike | None = None,
     times: ArrayLike | None = None,
+    start_time: float | None = None,
 ) -> BinghamTrack:
     """Return the distributions of every x_t given all measurements.
 
     Parameters
     ----------
     bingham_filter : BinghamFilter
-        With an orientation or vector sensor and a motion model of this package.
+        With orientation or vector sensors and a motion model of this package.
     prior : Bingham
         The distribution before the first prediction.
     measurements : (T, d) or (T, 3) array_like
         As the sensor takes them; NaN where missing. What the filter's gate rejects is not used on the way back either.
-    controls, times : array_like, optional
+    controls, times, start_time : optional
         As in `BinghamFilter.run`.
 
     Returns
@@ -77,7 +79,7 @@ def smooth_fixed_interval(
     True
     """
     check_kind(bingham_filter, BinghamFilter, "bingham_filter", ORDER)
-    forward = bingham_filter.run(prior, measurements, controls=controls, times=times)
+    forward = bingham_filter.run(prior, measurements, controls=controls, times=times, start_time=start_time)
     used, turns, seconds = _used(bingham_filter, forward, measurements, controls, times)
     back = _reversed(bingham_filter)
     likelihoods = _likelihoods(back, used)
@@ -94,11 +96,12 @@ def smooth_fixed_interval(
 def smooth_fixed_lag(
     bingham_filter: BinghamFilter,
     prior: Bingham,
-    measurements: ArrayLike,
+    measurements: ArrayLike | Rotation | tuple[ArrayLike, ...],
     lag: int,
     *,
     controls: ArrayLike | None = None,
     times: ArrayLike | None = None,
+    start_time: float | None = None,
 ) -> BinghamTrack:
     """Return the distributions of every x_t given the measurements up to t + lag; see `smooth_fixed_interval`.
 
@@ -109,7 +112,7 @@ def smooth_fixed_lag(
     """
     integer(lag, "lag", 0)
     check_kind(bingham_filter, BinghamFilter, "bingham_filter", ORDER)
-    forward = bingham_filter.run(prior, measurements, controls=controls, times=times)
+    forward = bingham_filter.run(prior, measurements, controls=controls, times=times, start_time=start_time)
     used, turns, seconds = _used(bingham_filter, forward, measurements, controls, times)
     back = _reversed(bingham_filter)
     uniform = Bingham.uniform(back.motion.dim)

@@ -42,7 +42,8 @@ class Track(Generic[State]):
     decision : int8 ndarray, shape as `nis`
         1 accepted, 0 rejected by the gate, −1 missing.
     final : state
-        The last state: running on from it continues the track bit for bit. None where a slice leaves it out unknown.
+        The last state: running on from it continues the track bit for bit. None in a slice that ends elsewhere and has
+        no states.
     states : batch or list of states, optional
         One state for each row; None with ``keep="modes"``.
     threshold : float or (S,) ndarray
@@ -51,6 +52,10 @@ class Track(Generic[State]):
 
     # Fields with the rows on the axis after the batch; subclasses add theirs.
     PER_ROW: ClassVar[tuple[str, ...]] = ("time", "modes", "log_evidence", "nis", "decision", "states")
+    # Fields that belong to the last row: None in a slice that leaves it out.
+    AT_END: ClassVar[tuple[str, ...]] = ("final",)
+    # What to call the sensors, where there are several.
+    SENSORS: ClassVar[tuple[str, ...]] = ()
 
     time: FloatArray | None
     modes: FloatArray
@@ -86,6 +91,7 @@ class Track(Generic[State]):
                 values[name] = _rows(values[name], 0 if name == "time" else batch, rows, chosen)
         if not len(chosen) or chosen[-1] != len(self) - 1:
             known = self.states is not None and len(chosen) > 0
+            values |= dict.fromkeys(self.AT_END)
             values["final"] = _state(self.states, batch, int(chosen[-1])) if known else None
         return type(self)(**values)
 
@@ -159,9 +165,12 @@ class Track(Generic[State]):
         words = np.where(self.missing, "missing", "").tolist()
         for t, s in zip(*np.nonzero(decision == REJECTED), strict=True):
             what = f"NIS {nis[t, s]:.4g} above {limits[s]:.4g}" if np.isfinite(nis[t, s]) else "rejected"
-            name = f"sensor {s + 1}: " if decision.shape[1] > 1 else ""
-            words[t] += ("; " if words[t] else "") + name + what
+            words[t] += ("; " if words[t] else "") + (f"{self.sensor(s)}: {what}" if decision.shape[1] > 1 else what)
         return words
+
+    def sensor(self, index: int) -> str:
+        """Return what messages call a sensor."""
+        return self.SENSORS[index] if self.SENSORS else f"sensor {index + 1}"
 
     def columns(self) -> dict[str, NDArray[Any]]:
         """Return what `to_dataframe` shows: column name → values (..., T); subclasses add theirs."""

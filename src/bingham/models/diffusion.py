@@ -15,7 +15,7 @@ from bingham.kernels.moments import concentrations_2
 from bingham.kernels.single import diffused_4
 from bingham.models.motion import check_single
 from bingham.rotations import from_rotation_vector
-from bingham.validation import as_numbers
+from bingham.validation import as_numbers, unit_rows
 
 __all__ = ["Diffusion", "Gyroscope", "brownian_moments", "brownian_parts", "diffusion_weight"]
 
@@ -93,7 +93,8 @@ class Diffusion:
         """Return the distribution after dt seconds; ``control`` (d,) is a known rotation, which comes first."""
         check_single(state, self.dim)
         if control is not None:
-            state = state.rotate(left=control) if self.left else state.rotate(right=control)
+            u = unit_rows(control, self.dim, "control")
+            state = state.rotate(left=u) if self.left else state.rotate(right=u)
         return _diffused(state, self.variances(_time_step(dt)), bool(self.left))
 
 
