@@ -33,6 +33,7 @@ from bingham.baselines.wrapped_normal import DoubledAngleState
 from bingham.errors import InvalidArgumentError, RecordingWarning
 from bingham.filters import BankState, FilterBank, smooth_fixed_interval, smooth_fixed_lag
 from bingham.filters.run import RecursiveFilter, each_step, run
+from bingham.filters.second_order_mixture import SecondOrderMixtureFilter, SpinMixture
 from bingham.metrics import geodesic_error
 from bingham.models import ControlledRotation
 from bingham.rotations import compose, conjugate, from_rotation_vector, rotate
@@ -71,6 +72,8 @@ GAUSS = {d: GaussianState(np.eye(d)[0], 0.1 * np.eye(d)) for d in (2, 4)}
 SMALL, SENSED = 1e-4 * np.eye(4), 1e-3 * np.eye(4)
 SPIN = SpinningGaussian.independent(GaussianState(np.eye(4)[0], 0.1 * np.eye(4)), GaussianState(np.eye(4)[0], SENSED))
 ANGLE, DOUBLED = AngleState(np.array(0.0), np.array(0.1)), DoubledAngleState(np.array(0.0), np.array(2.0))
+SPINNER = SecondOrderBinghamFilter(W[4], V[4])
+SPUN = SpinState(WIDE[4], distribution(1000.0, 4))
 BANK = [BinghamFilter(W[4], V[4]), BinghamFilter(WIDE[4], V[4])]
 
 # Name → filter, prior, its control: a rotation of the state, of the spin (none), or a rate.
@@ -83,7 +86,8 @@ FILTERS = {
     "gyroscope": (BinghamFilter(Gyroscope(0.05), V[4]), WIDE[4], "rate"),
     "mixture": (MixtureFilter(W[4], V[4]), BinghamMixture.single(WIDE[4]), "turn"),
     "sampled": (SampledFilter(process_noise=W[4], log_likelihood=log_likelihood, progressive=True), WIDE[4], "turn"),
-    "second_order": (SecondOrderBinghamFilter(W[4], V[4]), SpinState(WIDE[4], distribution(1000.0, 4)), "spin"),
+    "second_order": (SPINNER, SPUN, "spin"),
+    "spin_mixture": (SecondOrderMixtureFilter(SPINNER), SpinMixture([SPUN], [1.0]), "spin"),
     "bank": (FilterBank(BANK), BankState([WIDE[4], WIDE[4]]), "turn"),
     "scalar_kalman": (ScalarKalmanFilter(1e-3, 1e-2), ANGLE, "turn"),
     "wrapped_normal": (WrappedNormalFilter(1e-3, 1e-2), DOUBLED, "turn"),
@@ -129,14 +133,6 @@ def recording(f, prior, kind):
     return truth, z, np.tile(controls, (LENGTH, 1))
 
 
-def same(f, found, expected):
-    """Bit for bit; sampled moments are sums whose order the compiler chooses by where arrays lie in memory."""
-    if isinstance(f, SampledFilter):
-        np.testing.assert_allclose(found, expected, rtol=1e-10, atol=1e-12)
-    else:
-        np.testing.assert_array_equal(found, expected)
-
-
 def times_of(f, irregular=True):
     """Return times that suit the filter, irregular ones if it scales with time, and the time of its prior."""
     steps = np.full(LENGTH, DT)
@@ -161,13 +157,13 @@ def test_run_is_predict_and_update_row_by_row(entry):
             np.testing.assert_array_equal(state.mode, predicted.mode)
         modes.append(state.mode)
         evidence.append(float(info.log_evidence))
-    assert 2.0 * geodesic_error(np.array(modes)[-3:], truth[-3:]).max() < 0.1
+    assert 2.0 * geodesic_error(np.array(modes)[-3:], truth[-3:]).max() < (0.3 if kind == "spin" else 0.1)
 
     times, start = times_of(f, irregular=False)
     given = {"controls": controls, "times": times, "start_time": start}
     steps = list(each_step(f, prior, z, **given))
-    same(f, [state.mode for state, _ in steps], modes)
-    same(f, [float(info.log_evidence) for _, info in steps], evidence)
+    np.testing.assert_array_equal([state.mode for state, _ in steps], modes)
+    np.testing.assert_array_equal([float(info.log_evidence) for _, info in steps], evidence)
     track = f.run(prior, z, **given)
     # Compiled loops round otherwise.
     assert geodesic_error(track.modes, modes).max() < 1e-10
@@ -188,9 +184,9 @@ def test_a_run_in_parts_is_the_whole_run(entry):
         first = f.run(prior, z[:cut], controls=controls[:cut], times=times[:cut], start_time=start)
         second = f.run(first.final, z[cut:], controls=controls[cut:], times=times[cut:], start_time=times[cut - 1])
         for name in ("modes", "log_evidence", "nis", "decision"):
-            same(f, getattr(first, name), getattr(whole, name)[:cut])
-            same(f, getattr(second, name), getattr(whole, name)[cut:])
-        same(f, whole[:cut].final.mode, first.final.mode)
+            np.testing.assert_array_equal(getattr(first, name), getattr(whole, name)[:cut])
+            np.testing.assert_array_equal(getattr(second, name), getattr(whole, name)[cut:])
+        np.testing.assert_array_equal(whole[:cut].final.mode, first.final.mode)
 
 
 def test_what_a_track_keeps(entry):
@@ -199,12 +195,12 @@ def test_what_a_track_keeps(entry):
     times, start = times_of(f)
     given = {"controls": controls, "times": times, "start_time": start}
     whole, modes, last = (f.run(prior, z, **given, keep=keep) for keep in ("all", "modes", "last"))
-    same(f, modes.modes, whole.modes)
+    np.testing.assert_array_equal(modes.modes, whole.modes)
     assert modes.states is None and len(last) == 1
     for name in ("modes", "log_evidence", "nis", "decision", "time"):
-        same(f, getattr(last, name), getattr(whole, name)[-1:])
+        np.testing.assert_array_equal(getattr(last, name), getattr(whole, name)[-1:])
     for track in (modes, last):
-        same(f, track.final.mode, whole.final.mode)
+        np.testing.assert_array_equal(track.final.mode, whole.final.mode)
     for t in (0, LENGTH - 1):
         np.testing.assert_array_equal(whole.states[t].mode, whole.modes[t])
     assert len(repr(whole).splitlines()) <= 3 and len(repr(f)) < 1000
@@ -242,10 +238,14 @@ def test_only_motion_in_continuous_time_depends_on_the_length_of_a_step(entry):
         with pytest.raises(InvalidArgumentError, match="dt: expected a time step"):
             f.predict(prior, controls[0])
         return
+    if kind == "spin":
+        short, long = (f.update(f.predict(prior, controls[0], dt), z[0])[1] for dt in (DT, 8.0 * DT))
+        assert short.log_evidence != long.log_evidence
+        return
     first, *others = (f.update(f.predict(prior, controls[0], dt), z[0]) for dt in (None, DT, 100.0 * DT))
     for state, info in others:
-        same(f, state.mode, first[0].mode)
-        same(f, info.log_evidence, first[1].log_evidence)
+        np.testing.assert_array_equal(state.mode, first[0].mode)
+        np.testing.assert_array_equal(info.log_evidence, first[1].log_evidence)
 
 
 def test_a_missing_measurement_leaves_the_state_as_it_is(entry):
@@ -258,8 +258,8 @@ def test_a_missing_measurement_leaves_the_state_as_it_is(entry):
     seen = f.update(predicted, z[1])
     for state in (missing, also):
         again = f.update(state, z[1])
-        same(f, again[0].mode, seen[0].mode)
-        same(f, again[1].log_evidence, seen[1].log_evidence)
+        np.testing.assert_array_equal(again[0].mode, seen[0].mode)
+        np.testing.assert_array_equal(again[1].log_evidence, seen[1].log_evidence)
 
 
 def test_mistakes_are_named(entry):

@@ -56,14 +56,23 @@ def concentrations_4(w, z):
 
     Returns (log F, evaluations); evaluations is negative if the tolerance was not reached.
     """
-    _start(w, z)
-    v0, v1, v2, vd = z[0], z[1], z[2], z[3]
+    # `_start` in scalars: a loop would be vectorised or not, and round otherwise, by where w and z lie in memory.
+    w0, w1, w2, w3 = w[0], w[1], w[2], w[3]
+    s2 = w0 * w0 + w1 * w1 + w2 * w2 + w3 * w3
+    s3 = w0 * w0 * w0 + w1 * w1 * w1 + w2 * w2 * w2 + w3 * w3 * w3
+    a, b = 2.0 * s3 / (s2 * s2), 2.0 / s2
+    v0 = w0 / (1.0 + w0 * (a - b * w0))
+    v1 = w1 / (1.0 + w1 * (a - b * w1))
+    v2 = w2 / (1.0 + w2 * (a - b * w2))
+    vd = w3 / (1.0 + w3 * (a - b * w3))
+    total = v0 + v1 + v2 + vd
+    v0, v1, v2, vd = v0 / total, v1 / total, v2 / total, vd / total
     top = 0.5 / vd
     z[3] = 0.0
     for evaluation in range(1, MAX_EVALUATIONS + 1):
         z0, z1, z2 = top - 0.5 / v0, top - 0.5 / v1, top - 0.5 / v2
         f, g0, g1, g2, _, h00, h01, h02, h11, h12, h22 = scalars_4(z0, z1, z2)
-        r0, r1, r2 = w[0] - g0, w[1] - g1, w[2] - g2
+        r0, r1, r2 = w0 - g0, w1 - g1, w2 - g2
         # H dz = r on the three free entries by LDLᵀ.
         a = 1.0 / h00
         b, c = h01 * a, h02 * a
@@ -75,7 +84,7 @@ def concentrations_4(w, z):
         d2 = y2 / (h22 - c * h02 - h * g)
         d1 = y1 * e - h * d2
         d0 = r0 * a - b * d1 - c * d2
-        if abs(r0) < TOLERANCE * w[0] and abs(r1) < TOLERANCE * w[1] and abs(r2) < TOLERANCE * w[2]:
+        if abs(r0) < TOLERANCE * w0 and abs(r1) < TOLERANCE * w1 and abs(r2) < TOLERANCE * w2:
             # The last correction is applied to z itself; log F follows from its gradient and Hessian to second order.
             z[0], z[1], z[2] = z0 + d0, z1 + d1, z2 + d2
             return math.log(f) + g0 * d0 + g1 * d1 + g2 * d2 + 0.5 * (r0 * d0 + r1 * d1 + r2 * d2), evaluation
