@@ -12,6 +12,7 @@ from bingham.inference.equality import equality_test
 from bingham.inference.goodness import goodness_of_fit_test
 from bingham.inference.intervals import ConcentrationIntervals, concentration_intervals
 from bingham.inference.mean_axis import mean_axis_test
+from bingham.inference.mean_rotation import MeanRotation, mean_rotation
 from bingham.inference.result import TestResult
 from bingham.inference.shape import ShapeTestResult, cluster_girdle_test
 from bingham.inference.symmetry import symmetry_test
@@ -20,6 +21,7 @@ from bingham.inference.uniformity import uniformity_test
 __all__ = [
     "ConcentrationIntervals",
     "ConfidenceEllipse",
+    "MeanRotation",
     "ShapeTestResult",
     "TestResult",
     "cluster_girdle_test",
@@ -29,6 +31,7 @@ __all__ = [
     "equality_test",
     "goodness_of_fit_test",
     "mean_axis_test",
+    "mean_rotation",
     "symmetry_test",
     "uniformity_test",
 ]
