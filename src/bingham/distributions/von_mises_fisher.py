@@ -92,7 +92,8 @@ class VonMisesFisher:
         if self.kappa == 0.0 or count == 0:
             y = generator.standard_normal((count, self.dim))
             return y / np.linalg.norm(y, axis=1, keepdims=True)
-        drawn = vonmises_fisher(self.mean, self.kappa).rvs(count, random_state=generator)
+        frozen: Any = vonmises_fisher
+        drawn = frozen(self.mean, self.kappa).rvs(count, random_state=generator)
         return np.reshape(drawn, (count, self.dim))
 
 

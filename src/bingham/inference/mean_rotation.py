@@ -72,8 +72,9 @@ def mean_rotation(
 
     The mean is the mode of a Bingham distribution beside a uniform background (`SymmetricMixture`); without ``robust``
     there is no background, and it is the leading eigenvector of Σ wₙ qₙqₙᵀ. With pₙ the probability that rotation n is
-    no outlier, uₙ = wₙ pₙ, tₙ > 0 and eₙ the scalar and vector parts of mean* ⊗ qₙ, the mean solves Σ uₙ tₙ eₙ = 0, and its covariance is the sandwich H⁻¹ (Σ uₙ² tₙ² eₙeₙᵀ) H⁻¹ · 4, H = Σ uₙ (tₙ² I − eₙeₙᵀ),
-    times n/(n − 3) with Kish's n: no distribution is assumed for it.
+    no outlier, uₙ = wₙ pₙ, tₙ > 0 and eₙ the scalar and vector parts of mean* ⊗ qₙ, the mean solves Σ uₙ tₙ eₙ = 0.
+    Its covariance is the sandwich H⁻¹ (Σ uₙ² tₙ² eₙeₙᵀ) H⁻¹ · 4, H = Σ uₙ (tₙ² I − eₙeₙᵀ), times n/(n − 3)
+    with Kish's n: no distribution is assumed for it.
 
     Parameters
     ----------

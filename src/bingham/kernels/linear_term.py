@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 __all__ = ["LinearMoments", "log_normalizer_linear", "moments_linear"]
 
 FloatArray = NDArray[np.float64]
-ComplexArray = NDArray[np.complex128]
+ComplexArray = NDArray[np.complexfloating]
 
 NODES = 64
 # The integrand ends where it has fallen by e^{−DECAY}.
