@@ -140,13 +140,24 @@ def _(primals: Any, tangents: Any) -> Any:
 
     def inverse(z: Any) -> Any:
         # H⁻¹ on the entries whose z is not the largest, 0 on that one, which stays 0.
-        top = jnp.arange(z.shape[-1]) == jnp.argmax(jax.lax.stop_gradient(z), -1)[..., None]
+        top = _first_largest(jax.lax.stop_gradient(z))
         either = top[..., :, None] | top[..., None, :]
         eye = jnp.eye(z.shape[-1])
         hessian = jnp.where(either, eye, derivatives(z, 2)[2])
         return jnp.where(either, 0.0, _solve(hessian, eye))
 
     return z, (in_double(inverse)(z) * tangents[0][..., None, :]).sum(-1)
+
+
+def _first_largest(z: Any) -> Any:
+    """Return a mask (..., d), true at the first largest entry; elementwise, which every precision mode lowers."""
+    parts = [z[..., i] for i in range(z.shape[-1])]
+    largest = functools.reduce(jnp.maximum, parts)
+    first, found = [], largest != largest
+    for p in parts:
+        first.append((p == largest) & ~found)
+        found = found | (p == largest)
+    return jnp.stack(first, -1)
 
 
 def _with_zero(a: Any) -> Any:
