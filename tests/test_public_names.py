@@ -4,6 +4,7 @@ import ast
 import importlib
 import subprocess
 import sys
+from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
@@ -25,6 +26,8 @@ def test_every_name_of_the_stub_loads(part):
     modules = {a.name for node in imported if node.module is None for a in node.names}
     assert set(dir(package)) == names | modules
     for name in modules:
+        if name in ("torch", "jax") and find_spec(name) is None:
+            continue  # needs what is not installed
         assert getattr(package, name).__name__ == f"bingham.{name}"
     with pytest.raises(AttributeError, match="has no attribute 'nothing'"):
         package.nothing  # noqa: B018

@@ -6,6 +6,7 @@ from . import filters as filters
 from . import geology as geology
 from . import inference as inference
 from . import io as io
+from . import jax as jax
 from . import metrics as metrics
 from . import models as models
 from . import plot as plot
@@ -15,6 +16,7 @@ from . import sampling as sampling
 from . import simulate as simulate
 from . import studies as studies
 from . import surfaces as surfaces
+from . import torch as torch
 from .distributions.bingham import Bingham as Bingham
 from .distributions.mixture import BinghamMixture as BinghamMixture
 from .distributions.normalizer import concentrations as concentrations

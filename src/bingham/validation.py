@@ -77,9 +77,11 @@ def as_numbers(x: Any, name: str) -> FloatArray:
         raise InvalidArgumentError(name, "an array without masked entries", f"{np.ma.count_masked(x)} masked", hint)
     try:
         return np.array(as_array(x), dtype=np.float64)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, RuntimeError):
         got = repr(x) if isinstance(x, str) else f"a {type(x).__name__} that makes none"
-        raise InvalidArgumentError(name, "an array of numbers", got) from None
+        library = {"torch": "torch", "jax": "jax", "jaxlib": "jax"}.get(type(x).__module__.partition(".")[0])
+        hint = f"use bingham.{library} where it is traced, differentiated or on a device" if library else ""
+        raise InvalidArgumentError(name, "an array of numbers", got, hint) from None
 
 
 def unit_rows(x: ArrayLike | Rotation, d: int | None, name: str) -> FloatArray:

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from bingham.distributions.algebra import compose_spectra, noise_parts, sample_rows, sorted_spectrum, spectral
+from bingham.distributions.libraries import elsewhere
 from bingham.distributions.normalizer import log_normalizer, log_normalizer_derivatives, solve_moments
 from bingham.distributions.uncertainty import (
     covariance,
@@ -288,18 +289,24 @@ class Bingham:
     def logpdf(self, x: ArrayLike | Rotation) -> Any:
         """Return log f(x) (...) for unit vectors x (..., d), broadcast against the batch.
 
+        A tensor of PyTorch or JAX gives a tensor, differentiable by x.
+
         Raises
         ------
         InvalidArgumentError
             If a row of x is not of unit length within 1e-6.
         """
+        there = elsewhere(x, "logpdf")
+        if there is not None:
+            return there(self.matrix, x)
         a = unit_rows(x, self.dim, "x")
         t = np.einsum("...ij,...i->...j", self._M, a)
         return (np.einsum("...j,...j,...j->...", self._z, t, t) - self.log_normalizer)[()]
 
     def pdf(self, x: ArrayLike | Rotation) -> Any:
         """Return f(x) (...) for unit vectors x (..., d); see `logpdf`."""
-        return np.exp(self.logpdf(x))
+        there = elsewhere(x, "pdf")
+        return np.exp(self.logpdf(x)) if there is None else there(self.matrix, x)
 
     def moment(self) -> FloatArray:
         """Return S = E[x xᵀ] (..., d, d), trace 1."""

@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from bingham.distributions.libraries import elsewhere
 from bingham.errors import AccuracyWarning, ConvergenceError, InvalidArgumentError
 from bingham.kernels.batch import concentrations_rows, concentrations_rows_4, derivatives_rows
-from bingham.kernels.contour import log_normalizer_array
 from bingham.kernels.lanes import derivatives_lanes_4
 from bingham.kernels.normalizer import LARGEST
 from bingham.kernels.threads import by_rows
@@ -52,7 +52,7 @@ def log_normalizer(z: Any) -> Any:
     ----------
     z : (..., d) array_like, or a tensor of PyTorch, JAX or CuPy
         Concentrations in any order; any common offset c adds c to the result. Tensors of other libraries give
-        tensors, differentiable by that library.
+        tensors of their precision, differentiable by that library: `bingham.torch`, `bingham.jax`.
 
     Returns
     -------
@@ -75,10 +75,8 @@ def log_normalizer(z: Any) -> Any:
     >>> bool(np.isclose(np.exp(log_normalizer([0.0, 0.0, 0.0, 0.0])), 2 * np.pi**2))
     True
     """
-    library = type(z).__module__.partition(".")[0]
-    if library in ("torch", "jax", "jaxlib", "cupy"):
-        return log_normalizer_array(z)
-    return log_normalizer_derivatives(z)[0]
+    there = elsewhere(z, "log_normalizer")
+    return log_normalizer_derivatives(z)[0] if there is None else there(z)
 
 
 def log_normalizer_derivatives(z: ArrayLike) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -98,12 +96,12 @@ def log_normalizer_derivatives(z: ArrayLike) -> tuple[FloatArray, FloatArray, Fl
     return log_f.reshape(shape)[()], gradient.reshape(a.shape), hessian.reshape(*a.shape, d)
 
 
-def moments(z: ArrayLike) -> FloatArray:
+def moments(z: Any) -> Any:
     """Return ω (..., d), ωᵢ = E[xᵢ²] for x on S^{d−1} with density exp(Σ zᵢ xᵢ²)/F(z); Σω = 1.
 
     Parameters
     ----------
-    z : (..., d) array_like
+    z : (..., d) array_like, or a tensor of PyTorch, JAX or CuPy
         Concentrations in any order; a common offset changes nothing.
 
     Examples
@@ -111,15 +109,16 @@ def moments(z: ArrayLike) -> FloatArray:
     >>> moments([0.0, 0.0])
     array([0.5, 0.5])
     """
-    return log_normalizer_derivatives(z)[1]
+    there = elsewhere(z, "moments")
+    return log_normalizer_derivatives(z)[1] if there is None else there(z)
 
 
-def concentrations(w: ArrayLike) -> FloatArray:
+def concentrations(w: Any) -> Any:
     """Return the z (..., d) with moments(z) = w and max z = 0: the inverse of `moments`.
 
     Parameters
     ----------
-    w : (..., d) array_like
+    w : (..., d) array_like, or a tensor of PyTorch or JAX
         Second moments, positive, each row with sum 1, in any order.
 
     Returns
@@ -140,7 +139,8 @@ def concentrations(w: ArrayLike) -> FloatArray:
     >>> concentrations([0.25, 0.25, 0.25, 0.25]).round(12) + 0.0
     array([0., 0., 0., 0.])
     """
-    return solve_moments(w)[0]
+    there = elsewhere(w, "concentrations")
+    return solve_moments(w)[0] if there is None else there(w)
 
 
 def solve_moments(w: ArrayLike) -> tuple[FloatArray, FloatArray, NDArray[np.int64]]:

@@ -16,17 +16,19 @@ try:
 except ModuleNotFoundError as error:
     raise MissingExtraError("jax", "jax", "bingham.jax") from error
 
-from bingham.jax.matrices import matrix_log_normalizer, matrix_moment, negative_log_likelihood
+from bingham.jax.matrices import logpdf, matrix_log_normalizer, matrix_moment, negative_log_likelihood, pdf
 from bingham.jax.normalizer import concentrations, log_normalizer, moments
 
 __all__ = [
     "Bingham",  # pyright: ignore[reportUnsupportedDunderAll]
     "concentrations",
     "log_normalizer",
+    "logpdf",
     "matrix_log_normalizer",
     "matrix_moment",
     "moments",
     "negative_log_likelihood",
+    "pdf",
 ]
 
 

@@ -8,7 +8,7 @@ import jax
 import jax.numpy as jnp
 import numpyro.distributions as dist
 from numpyro.distributions import constraints
-from numpyro.distributions.util import is_prng_key, validate_sample
+from numpyro.distributions.util import validate_sample
 
 from bingham.errors import InvalidArgumentError
 from bingham.jax.matrices import matrix_log_normalizer, matrix_moment, negative_log_likelihood
@@ -32,8 +32,8 @@ class Bingham(dist.Distribution):
     (5, 4)
     """
 
-    arg_constraints = {"concentration_matrix": constraints.real_matrix}  # noqa: RUF012
-    support = constraints.sphere
+    arg_constraints: Any = {"concentration_matrix": constraints.real_matrix}  # noqa: RUF012
+    support: Any = constraints.sphere
     pytree_data_fields = ("concentration_matrix",)
 
     def __init__(self, concentration_matrix: Any, *, validate_args: bool | None = None) -> None:
@@ -44,7 +44,7 @@ class Bingham(dist.Distribution):
         super().__init__(a.shape[:-2], a.shape[-1:], validate_args=validate_args)
 
     @validate_sample
-    def log_prob(self, value: Any) -> Any:
+    def log_prob(self, value: Any, intermediates: Any = None) -> Any:
         """Return log f(value) (...), nats relative to surface area, for unit vectors (..., d)."""
         return -negative_log_likelihood(self.concentration_matrix, value)
 
@@ -54,7 +54,6 @@ class Bingham(dist.Distribution):
         A loop runs until the last sample is accepted, about once for every two tries in each (Kent, Ganeiber & Mardia
         2013).
         """
-        assert is_prng_key(key)
         a = self.concentration_matrix
         values, vectors = jnp.linalg.eigh(0.5 * (a + jnp.swapaxes(a, -1, -2)))
         spread = values[..., -1:] - values

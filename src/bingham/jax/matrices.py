@@ -10,11 +10,12 @@ from typing import Any
 
 import jax
 import jax.numpy as jnp
+import numpy as np
 
 from bingham.errors import InvalidArgumentError
 from bingham.jax.normalizer import derivatives, in_double
 
-__all__ = ["eigenframe", "matrix_log_normalizer", "matrix_moment", "negative_log_likelihood"]
+__all__ = ["eigenframe", "logpdf", "matrix_log_normalizer", "matrix_moment", "negative_log_likelihood", "pdf"]
 
 # As in `kernels.eigen_lanes`: squares of what one more sweep removes, by its quadratic convergence.
 MAX_SWEEPS, QUADRATIC, NEGLIGIBLE = 30, 1e-9**2, 1e-17**2
@@ -58,6 +59,18 @@ def negative_log_likelihood(A: Any, x: Any) -> Any:
     if x.ndim == 0 or x.shape[-1] != a.shape[-1]:
         raise InvalidArgumentError("x", f"an array (..., {a.shape[-1]})", x.shape)
     return _likelihood(a, x)[0]
+
+
+def logpdf(matrix: Any, x: Any) -> Any:
+    """Return log f(x) (...) of the distribution with this constant matrix (..., d, d), an array of NumPy."""
+    matrix = np.asarray(matrix)
+    matrix = matrix - np.linalg.eigvalsh(matrix)[..., -1:, None] * np.eye(matrix.shape[-1])
+    return -negative_log_likelihood(jnp.asarray(matrix, dtype=jnp.result_type(x, jnp.float32)), x)
+
+
+def pdf(matrix: Any, x: Any) -> Any:
+    """Return f(x) (...); see `logpdf`."""
+    return jnp.exp(logpdf(matrix, x))
 
 
 def _checked(a: Any) -> Any:

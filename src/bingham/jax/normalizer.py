@@ -165,7 +165,7 @@ def _with_zero(a: Any) -> Any:
 
 
 def _solve(h: Any, v: Any) -> Any:
-    """Solve h x = v, v (..., d, k), with rows and columns scaled by √hᵢᵢ: the spectrum of h spans the square of that of ω."""
+    """Solve h x = v, v (..., d, k), rows and columns scaled by √hᵢᵢ: h spans the square of what ω spans."""
     scale = jnp.sqrt(jax.lax.stop_gradient(jnp.diagonal(h, axis1=-2, axis2=-1)))
     scaled = h / (scale[..., :, None] * scale[..., None, :])
     return jnp.linalg.solve(scaled, v / scale[..., :, None]) / scale[..., :, None]

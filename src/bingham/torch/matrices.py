@@ -18,7 +18,7 @@ from torch.autograd.function import once_differentiable
 from bingham.errors import InvalidArgumentError
 from bingham.torch import numeric
 
-__all__ = ["matrix_from_moment", "matrix_log_normalizer", "matrix_moment", "negative_log_likelihood"]
+__all__ = ["logpdf", "matrix_from_moment", "matrix_log_normalizer", "matrix_moment", "negative_log_likelihood", "pdf"]
 
 # Squared lengths of x may differ from one by this much (rounding of the type), on the CPU, where it is looked at.
 LENGTH_TOLERANCE = {torch.float64: 1e-5, torch.float32: 1e-4, torch.float16: 1e-2, torch.bfloat16: 5e-2}
@@ -86,6 +86,17 @@ def negative_log_likelihood(A: Tensor, x: Tensor) -> Tensor:
         u = torch.nn.functional.normalize(x.to(torch.float64), dim=-1)
         return (matrix_log_normalizer(a) - torch.einsum("...i,...ij,...j->...", u, a, u)).to(kind)
     return _likelihood(A.expand(*shape, *A.shape[-2:]), x.expand(*shape, x.shape[-1]))[0]
+
+
+def logpdf(matrix: Any, x: Tensor) -> Tensor:
+    """Return log f(x) (...) of the distribution with this constant matrix (..., d, d), an array of NumPy."""
+    a = torch.as_tensor(matrix, dtype=torch.float64, device=x.device)
+    return -negative_log_likelihood(a, x).to(numeric.result_type(x))
+
+
+def pdf(matrix: Any, x: Tensor) -> Tensor:
+    """Return f(x) (...); see `logpdf`."""
+    return logpdf(matrix, x).exp()
 
 
 def matrix_from_moment(S: Tensor) -> Tensor:

@@ -64,9 +64,10 @@ class MatrixFisher(Distribution):
 
     def expand(self, batch_shape: Any, _instance: Any = None) -> MatrixFisher:
         """Return the distribution with the batch shape, without copying."""
-        new: Any = self._get_checked_instance(MatrixFisher, _instance)  # pyright: ignore[reportCallIssue]
+        kind: Any = MatrixFisher
+        new: Any = self._get_checked_instance(kind, _instance)
         new.K = self.K.expand(*batch_shape, 3, 3)
-        super(MatrixFisher, new).__init__(torch.Size(batch_shape), self.event_shape, validate_args=False)
+        super(kind, new).__init__(torch.Size(batch_shape), self.event_shape, validate_args=False)
         new._validate_args = self._validate_args
         return new
 
