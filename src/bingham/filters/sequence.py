@@ -130,8 +130,8 @@ def _rank(sensor: Any, d: int) -> int:
 
 
 def sensor_table(sensors: Sequence[Any], thresholds: Sequence[float]) -> Any:
-    """Return the sensors of a quaternion filter as `kernels.sequence` takes them."""
-    from bingham.kernels import sequence as kernel
+    """Return the sensors of a quaternion filter as `kernels.sensors` takes them."""
+    from bingham.kernels import sensors as kernel
 
     count = len(sensors)
     table = kernel.Sensors(
@@ -169,7 +169,7 @@ def run_quaternions(
     kept: int,
 ) -> tuple[Any, ...]:
     """Return z, frames by columns, log-evidence, nis and decision of B sequences; z and frames hold the end states."""
-    from bingham.kernels import sequence as kernel
+    from bingham.kernels import sensors as kernel
     from bingham.kernels.threads import by_rows
 
     weights = np.empty(0)
