@@ -47,6 +47,9 @@ class Commands(TyperGroup):
             warnings.showwarning = show_warning
             try:
                 return super().invoke(ctx)
+            except BrokenPipeError:  # whoever reads has seen enough, as `head`
+                discard_output()
+                raise typer.Exit(0) from None
             except BinghamError as error:
                 say_error(str(error))
                 raise typer.Exit(2) from None

@@ -2,142 +2,214 @@
 
 from __future__ import annotations
 
-import json
 import math
-import signal
 import sys
-from collections.abc import Generator, Iterable
-from contextlib import contextmanager
+import time as clock
+from collections.abc import Iterable
 from pathlib import Path
-from types import FrameType
-from typing import TYPE_CHECKING, TextIO
+from typing import TYPE_CHECKING, BinaryIO, TextIO
 
-from bingham.errors import BinghamError, InvalidArgumentError, RecordingError
+from bingham.cli.stream_input import Stop, blocks, lines_of
+from bingham.errors import BinghamError, InvalidArgumentError
 from bingham.recording import NEVER_SECONDS
 
 if TYPE_CHECKING:
     from bingham.filters.imu_events import ImuStream
 
-__all__ = ["follow", "track_stream"]
+__all__ = ["Follower", "follow", "track_stream"]
 
+GYROSCOPE, ACCELEROMETER, MAGNETOMETER = "gyroscope", "accelerometer", "magnetometer"
 SENSORS = {
-    "gyr": "gyroscope", "gyroscope": "gyroscope", "acc": "accelerometer", "accelerometer": "accelerometer",
-    "mag": "magnetometer", "magnetometer": "magnetometer",
+    "gyr": GYROSCOPE, GYROSCOPE: GYROSCOPE, "acc": ACCELEROMETER, ACCELEROMETER: ACCELEROMETER,
+    "mag": MAGNETOMETER, MAGNETOMETER: MAGNETOMETER,
 }  # fmt: skip
 
-# Seconds of the sensor's time after which the state is saved anew: what a killed process may lose.
+# Seconds after which the state is saved anew: what a killed process may lose.
 SAVE_EVERY_S = 1.0
+# A clock that jumps by more than this is believed only when it is confirmed, s.
+JUMP_S = 10.0
+# So many lines of one sensor in a row, in order but far behind the last one used, say that the clock was set back.
+SET_BACK_LINES = 10
+# No sensor reads more, rad/s, m/s², or any unit of a field.
+LARGEST = {GYROSCOPE: 1e4, ACCELEROMETER: 1e6, MAGNETOMETER: 1e9}
+FORM = "gyr|acc|mag TIME X Y Z"
 
 
 def track_stream(state: Path | None) -> None:
     """Answer standard input line by line until it ends; go on from `state` and keep it up to date."""
-    stream = _open(state)
-    with _stoppable():
-        answered, garbage = follow(stream, sys.stdin, sys.stdout, sys.stderr, state)
-    samples, lines = ("sample" if answered == 1 else "samples"), ("line" if garbage == 1 else "lines")
-    sys.stderr.write(f"bingham: {answered} {samples} used, {garbage} {lines} skipped\n")
+    from bingham.cli.stream_state import opened
+
+    follower = Follower(opened(state), state, sys.stderr)
+    with Stop() as stop:
+        follow(follower, lines_of(blocks(stop)), sys.stdout.buffer, stop)
+    used = f"{follower.used} {'sample' if follower.used == 1 else 'samples'} used"
+    skipped = f"{follower.skipped} {'line' if follower.skipped == 1 else 'lines'} skipped"
+    follower.say(f"{used}, {skipped}")
 
 
-def follow(
-    stream: ImuStream, lines: Iterable[str], out: TextIO, complaints: TextIO, state: Path | None
-) -> tuple[int, int]:
-    """Feed lines ``SENSOR TIME X Y Z`` to a stream; return how many were used and how many skipped.
+def follow(follower: Follower, batches: Iterable[list[bytes]], out: BinaryIO, stop: Stop | None = None) -> None:
+    """Answer batches of lines ``SENSOR TIME X Y Z``, each batch as soon as it is there.
 
     SENSOR is gyr (rad/s), acc (m/s²) or mag (any unit); fields are parted by blanks or commas; empty lines and lines
-    that begin with ``#`` are passed over in silence. Each sample used is answered by a line of JSON.
+    that begin with ``#`` are passed over in silence. Each sample used is answered by a line of JSON. The state is saved
+    when its answers are out, at the end too, whatever ends it.
     """
-    answered = garbage = 0
     saved = -math.inf
     try:
-        for number, line in enumerate(lines, 1):
-            text = line.strip()
-            if not text or text.startswith("#"):
-                continue
-            try:
-                time = _feed(stream, text)
-            except BinghamError as error:
-                garbage += 1
-                complaints.write(f"bingham: line {number} skipped: {error}\n")
-                continue
-            answered += 1
-            out.write(_answer(stream, time) + "\n")
-            out.flush()
-            if state is not None and not saved <= time < saved + SAVE_EVERY_S:
-                _save(stream, state)
-                saved = time
-    except _Stop:
-        pass
+        for lines in batches:
+            answers: list[str] = []
+            for line in lines:
+                answer = follower.take(line)
+                if answer:
+                    answers.append(answer)
+                if stop is not None and stop.wanted:  # between samples: none is half applied
+                    break
+            if answers:
+                out.write("".join(answers).encode("ascii"))
+                out.flush()
+            if answers and clock.monotonic() - saved >= SAVE_EVERY_S:
+                follower.save()
+                saved = clock.monotonic()
+            if stop is not None and stop.wanted:
+                return
     finally:
-        if state is not None:
-            _save(stream, state)
-    return answered, garbage
+        follower.save()
 
 
-def _feed(stream: ImuStream, text: str) -> float:
-    """Give one line to the stream and return its time."""
-    sensor, *numbers = text.replace(",", " ").split()
-    if sensor.lower() not in SENSORS or len(numbers) != 4:
-        raise InvalidArgumentError("line", "gyr|acc|mag TIME X Y Z", repr(text[:60]))
-    try:
-        time, *vector = map(float, numbers)
-    except ValueError:
-        raise InvalidArgumentError("line", "four numbers after the sensor", repr(text[:60])) from None
-    if abs(time) >= NEVER_SECONDS:
-        raise InvalidArgumentError("line", "TIME in seconds", repr(text[:60]), "is it in nano- or milliseconds?")
-    getattr(stream, SENSORS[sensor.lower()])(time, vector)
-    return time
+class Follower:
+    """Feeds lines to a stream and answers them.
+
+    Parameters
+    ----------
+    stream : ImuStream
+        What the samples are given to.
+    state : Path or None
+        File that `save` keeps up to date.
+    stderr : file
+        Where skipped lines are reported.
+
+    Attributes
+    ----------
+    used, skipped : int
+        Lines whose sample was used, and lines that were not.
+    """
+
+    def __init__(self, stream: ImuStream, state: Path | None, stderr: TextIO) -> None:
+        self._stream = stream
+        self._state = state
+        self._stderr = stderr
+        self._line = 0
+        self._newest = max((t for t in stream.state.last.tolist() if t == t), default=math.nan)
+        self._ahead: dict[str, float] = {}
+        self._behind: dict[str, tuple[int, float]] = {}
+        self.used = self.skipped = 0
+
+    def take(self, line: bytes) -> str:
+        """Return the answer to a line, an empty text if there is none."""
+        self._line += 1
+        text = line.strip()
+        if not text or text.startswith(b"#"):
+            return ""
+        try:
+            time = self._feed(text)
+        except BinghamError as error:
+            self.skipped += 1
+            self.say(f"line {self._line} skipped: {error}")
+            return ""
+        self.used += 1
+        return self._answer(time)
+
+    def save(self) -> None:
+        """Write the state, if it is kept."""
+        if self._state is not None:
+            from bingham.atomic import replaced
+
+            with replaced(self._state) as path:
+                path.write_text(self._stream.state.to_json(), encoding="utf-8")
+
+    def say(self, text: str) -> None:
+        """Report on standard error, if that takes it: it is no reason to end."""
+        from bingham.cli.terminal import clean
+
+        try:
+            self._stderr.write(f"bingham: {clean(text)}\n")
+            self._stderr.flush()
+        except (OSError, ValueError):
+            pass
+
+    def _feed(self, text: bytes) -> float:
+        """Give one line to the stream and return its time."""
+        name, *numbers = text.replace(b",", b" ").split()
+        sensor = SENSORS.get(name.decode("ascii", "replace").lower())
+        if sensor is None or len(numbers) != 4:
+            raise _wrong(text, FORM)
+        if b"_" in text or not text.isascii():  # Python takes 1_000 and foreign digits for numbers
+            raise _wrong(text, "four numbers after the sensor, in ASCII")
+        try:
+            time, x, y, z = map(float, numbers)
+        except ValueError:
+            raise _wrong(text, "four numbers after the sensor") from None
+        if not abs(time) < NEVER_SECONDS:
+            raise _wrong(text, "TIME in seconds", "is it in nano- or milliseconds?")
+        largest = LARGEST[sensor]
+        if not (abs(x) <= largest and abs(y) <= largest and abs(z) <= largest):
+            raise _wrong(text, f"finite numbers of a {sensor}, at most {largest:g}")
+        if time > self._newest + JUMP_S:
+            self._jump_ahead(sensor, time)
+        elif time < self._newest - JUMP_S:
+            self._far_behind(sensor, time)
+        elif self._ahead or self._behind:
+            self._ahead.pop(sensor, None)
+            self._behind.pop(sensor, None)
+        getattr(self._stream, sensor)(time, (x, y, z))
+        if not time <= self._newest:
+            self._newest = time
+        return time
+
+    def _jump_ahead(self, sensor: str, time: float) -> None:
+        """Raise an error unless the sensor's line before has shown the same jump: one alone is a glitch."""
+        held = self._ahead.get(sensor, math.inf)
+        self._ahead[sensor] = time
+        if not 0.0 < time - held < JUMP_S:
+            hint = "taken as a gap if the sensor's next line agrees"
+            raise InvalidArgumentError("TIME", f"at most {JUMP_S:g} s after {self._newest!r}", time, hint)
+        self._ahead.clear()
+
+    def _far_behind(self, sensor: str, time: float) -> None:
+        """Raise an error, unless many lines in order say that the clock was set back: then follow it."""
+        from dataclasses import replace
+
+        from bingham.filters.imu_events import ImuStream
+
+        count, before = self._behind.get(sensor, (0, -math.inf))
+        count = count + 1 if time > before else 1
+        self._behind[sensor] = (count, time)
+        if count < SET_BACK_LINES:
+            hint = f"a clock that was set back is followed after {SET_BACK_LINES} lines of the sensor in order"
+            raise InvalidArgumentError("TIME", f"at most {JUMP_S:g} s before {self._newest!r}", time, hint)
+        self.say(f"line {self._line}: the clock was set back by {self._newest - time:.6g} s; followed from here")
+        state = self._stream.state
+        self._stream = ImuStream(state=replace(state, last=state.last * math.nan))
+        self._newest = time
+        self._ahead.clear()
+        self._behind.clear()
+
+    def _answer(self, time: float) -> str:
+        """Return a line of JSON; numbers are written as Python does, which JSON reads."""
+        stream = self._stream
+        orientation = inclination = heading = "null"
+        if stream.started:
+            q = stream.orientation.tolist()
+            tilt, north = stream.inclination_std, stream.heading_std
+            if math.isfinite(q[0] + q[1] + q[2] + q[3] + tilt + north):
+                orientation = str(q)
+                inclination, heading = repr(math.degrees(tilt)), repr(math.degrees(north))
+        rest = "true" if stream.at_rest else "false"
+        return (
+            f'{{"time": {time!r}, "orientation": {orientation}, "inclination_std_deg": {inclination}, '
+            f'"heading_std_deg": {heading}, "rest": {rest}}}\n'
+        )
 
 
-def _answer(stream: ImuStream, time: float) -> str:
-    q = stream.orientation.tolist() if stream.started else None
-    return json.dumps(
-        {
-            "time": time,
-            "orientation": q,
-            "inclination_std_deg": math.degrees(stream.inclination_std) if q else None,
-            "heading_std_deg": math.degrees(stream.heading_std) if q else None,
-            "rest": stream.at_rest,
-        }
-    )
-
-
-def _open(state: Path | None) -> ImuStream:
-    """Return a stream that goes on from a saved state, or a new one where there is none yet."""
-    from bingham.filters.imu_events import ImuStream
-    from bingham.filters.imu_state import ImuState
-
-    if state is None or not state.exists():
-        return ImuStream()
-    try:
-        return ImuStream(state=ImuState.from_json(state.read_text(encoding="utf-8")))
-    except OSError as error:
-        raise RecordingError(state, "", f"cannot be read: {error.strerror}", "give another --state") from None
-    except (UnicodeDecodeError, InvalidArgumentError):
-        problem = "not a state that this version saved, or damaged"
-        raise RecordingError(state, "", problem, "remove the file to start anew") from None
-
-
-def _save(stream: ImuStream, state: Path) -> None:
-    from bingham.atomic import replaced
-
-    with replaced(state) as path:
-        path.write_text(stream.state.to_json(), encoding="utf-8")
-
-
-class _Stop(Exception):
-    """The process was asked to end."""
-
-
-@contextmanager
-def _stoppable() -> Generator[None]:
-    """Turn SIGTERM and SIGINT into an orderly end, so that the state is saved."""
-
-    def stop(_: int, __: FrameType | None) -> None:
-        raise _Stop
-
-    before = {number: signal.signal(number, stop) for number in (signal.SIGTERM, signal.SIGINT)}
-    try:
-        yield
-    finally:
-        for number, handler in before.items():
-            signal.signal(number, handler)
+def _wrong(text: bytes, expected: str, hint: str = "") -> InvalidArgumentError:
+    return InvalidArgumentError("line", expected, repr(text[:60].decode("utf-8", "backslashreplace")), hint)
