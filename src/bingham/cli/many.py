@@ -188,10 +188,11 @@ def _stamp(path: Path, settings: Settings) -> str:
     """Return what decides about the files of a track: version, options and the recording's bytes."""
     from bingham import __version__
 
-    digest = hashlib.sha256(repr((__version__, settings)).encode())
     files = sorted(p for p in path.rglob("*") if p.is_file()) if path.is_dir() else [path]
-    for file in files:
-        with file.open("rb") as content:
+    beside = settings.reading.get("beside", {})
+    digest = hashlib.sha256(repr((__version__, settings._replace(reading=settings.reading | {"beside": {}}))).encode())
+    for file in [*files, *beside.get(str(path), [])]:
+        with Path(file).open("rb") as content:
             digest.update(hashlib.file_digest(content, "sha256").digest())
     return digest.hexdigest()
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from contextlib import ExitStack
-from dataclasses import fields, is_dataclass, replace
+from dataclasses import dataclass, fields, is_dataclass, replace
 from math import degrees
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from bingham.cli.report import Truth
     from bingham.recording import ImuRecording, OrientationRecording
 
-__all__ = ["Files", "Outputs", "draw_track", "joined", "write_tum_of"]
+__all__ = ["Files", "Outputs", "Sketch", "draw_track", "joined", "write_tum_of"]
 
 
 class Outputs(NamedTuple):
@@ -102,6 +102,30 @@ def _state_of(track: Any) -> dict[str, Any]:
     return {"state_z": track.final.z, "state_M": track.final.M, **plain}
 
 
+@dataclass(frozen=True)
+class Sketch:
+    """What a figure needs of an inertial track."""
+
+    time: Any
+    modes: Any
+    rotation_covariance: Any
+
+    @classmethod
+    def of(cls, track: Any, rows: slice) -> Sketch:
+        """Take some rows of a track."""
+        return cls(track.time[rows].copy(), track.modes[rows].copy(), track.rotation_covariance[rows].copy())
+
+    def __len__(self) -> int:
+        return len(self.time)
+
+    def covariance(self, *, frame: str) -> Any:
+        """Return covariances (T, 3, 3), world axes."""
+        from bingham.filters.imu_track import bounded
+
+        assert frame == "world"
+        return bounded(self.rotation_covariance)
+
+
 def joined(pieces: Sequence[Any]) -> Any:
     """Return pieces of a track as one."""
     if len(pieces) == 1:
@@ -139,16 +163,15 @@ def draw_track(
         "measured": None if inertial else recording.orientation,
         "title": recording.name,
     }
-    distributions = track.distributions
     if track.modes.shape[1] == 2:
-        figure = plot_planar_track(time, distributions, **shown)
+        figure = plot_planar_track(time, track.distributions, **shown)
     else:
         if inertial:
             shown["world"] = ("east", "north", "up") if recording.magnetometer is not None else ("x", "y", "up")
         if truth is not None and truth.heading_offset_rad is not None:
             angle = degrees(truth.heading_offset_rad)
             shown["note"] = f"no magnetometer: the truth is rotated by {angle:.1f}° about the vertical to suit"
-        figure = plot_track(time, distributions, covariance=track.covariance(frame="world"), **shown)
+        figure = plot_track(time, track.modes, track.covariance(frame="world"), **shown)
     name = f"{recording.name}.png"
     figure.savefig(folder / name, dpi=150)
     return name

@@ -17,8 +17,8 @@ if TYPE_CHECKING:
 
 __all__ = ["Settings", "track_one"]
 
-# Samples that a figure is drawn of where there is no truth to compare all of them with.
-DRAWN = 100_000
+# Samples that a figure is drawn of at most, where there is no truth to compare all of them with.
+DRAWN = 2_000_000
 
 
 class Settings(NamedTuple):
@@ -75,7 +75,7 @@ def _track(
     check: Callable[[bool], None],
 ) -> dict[str, Any]:
     from bingham.cli.filtering import Filtering, note, pieces_of, rows_of
-    from bingham.cli.output import Files, draw_track, joined, write_tum_of
+    from bingham.cli.output import Files, Sketch, draw_track, joined, write_tum_of
     from bingham.cli.reading import read
     from bingham.cli.report import truth_of
     from bingham.cli.summary import Summary
@@ -88,7 +88,8 @@ def _track(
         raise InvalidArgumentError("--tum", "orientations in space", f"{path}, axes in the plane", "leave --tum out")
     check(isinstance(whole, OrientationRecording))
     compared = whole.truth is not None or (isinstance(whole, ImuRecording) and whole.reference is not None)
-    thinned = 1 if compared or outputs.tum or outputs.bag else max(1, whole.size // DRAWN)
+    entire = outputs.tum or outputs.bag or settings.filtering.plain or not isinstance(whole, ImuRecording)
+    thinned = 1 if compared or entire else max(1, -(-whole.size // DRAWN))
     keep = compared or outputs.tum or outputs.bag or outputs.figure
     step("filtering")
     filtering, summary = Filtering(settings.filtering), Summary()
@@ -98,10 +99,10 @@ def _track(
         part, track = filtering.run(piece)
         if part is None:
             continue
+        if keep:
+            kept.append(track if entire else Sketch.of(track, slice(-summary.samples % thinned, None, thinned)))
         files.append(part.time, track)
         summary.add(part, track)
-        if keep:
-            kept.append(rows_of(track, slice(None, None, thinned)) if track.time is not None else track)
     filtering.finish(name)
     step("writing")
     files.close()
