@@ -152,9 +152,9 @@ def read(path: Path, format: str | None, given: Mapping[str, Any]) -> ImuRecordi
     InvalidArgumentError
         If an option has no meaning for the format.
     """
+    from bingham.cli.filtering import renamed
     from bingham.cli.wording import in_options, worded
     from bingham.io import read_recording
-    from bingham.recording import amended
 
     beside = given.get("beside", {}).get(str(path), [])
     options = {name: value for name, value in given.items() if name != "beside"}
@@ -165,7 +165,7 @@ def read(path: Path, format: str | None, given: Mapping[str, Any]) -> ImuRecordi
         warnings.warn_explicit(
             worded(str(warning.message), OPTIONS), warning.category, warning.filename, warning.lineno
         )
-    return amended(recording, name=name_of(path))
+    return renamed(recording, name_of(path))
 
 
 def gathered(paths: Sequence[Path], given: dict[str, Any]) -> list[Path]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 import warnings
 from collections.abc import Callable, Generator
 from contextlib import contextmanager
@@ -18,7 +19,7 @@ if TYPE_CHECKING:
 __all__ = ["Settings", "track_one"]
 
 # Samples that a figure is drawn of at most, where there is no truth to compare all of them with.
-DRAWN = 2_000_000
+DRAWN = 250_000
 
 
 class Settings(NamedTuple):
@@ -74,16 +75,17 @@ def _track(
     step: Callable[[str], None],
     check: Callable[[bool], None],
 ) -> dict[str, Any]:
-    from bingham.cli.filtering import Filtering, note, pieces_of, rows_of
+    from bingham.cli.filtering import Filtering, note, pieces_of, renamed, rows_of
     from bingham.cli.output import Files, Sketch, draw_track, joined, write_tum_of
     from bingham.cli.reading import read
     from bingham.cli.report import truth_of
     from bingham.cli.summary import Summary
-    from bingham.recording import ImuRecording, OrientationRecording, amended
+    from bingham.recording import ImuRecording, OrientationRecording
 
     outputs = settings.outputs
     step("reading")
-    whole = amended(read(path, settings.format, settings.reading), name=name)
+    whole = renamed(read(path, settings.format, settings.reading), name)
+    _release()
     if outputs.tum and isinstance(whole, OrientationRecording) and whole.dim != 4:
         raise InvalidArgumentError("--tum", "orientations in space", f"{path}, axes in the plane", "leave --tum out")
     check(isinstance(whole, OrientationRecording))
@@ -113,6 +115,7 @@ def _track(
     row["files"] = files.names
     if keep:
         track = joined(kept)
+        kept.clear()
         recording = rows_of(whole, slice(whole.size - summary.samples, None, thinned))
         truth = truth_of(recording, track.modes) if compared else None
         if truth is not None:
@@ -128,6 +131,12 @@ def _track(
             step("drawing")
             row["files"].append(draw_track(folder, recording, recording.time, track, truth))
     return row
+
+
+def _release() -> None:
+    """Give back what the reader of text keeps for files to come: as much as the file was."""
+    if (arrow := sys.modules.get("pyarrow")) is not None:
+        arrow.default_memory_pool().release_unused()
 
 
 def _errors(recording: Any, modes: Any, truth: Any) -> dict[str, Any]:
