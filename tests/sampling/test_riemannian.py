@@ -200,3 +200,26 @@ def test_bad_arguments_are_rejected():
         RandomSampling(10, rng="a")
     with pytest.raises(InvalidArgumentError, match="single distribution"):
         RiemannianSampling(10).sample(Bingham([[-1.0, 0.0], [-2.0, 0.0]], np.eye(2)))
+
+
+@pytest.mark.parametrize("symmetric", [True, False])
+@pytest.mark.parametrize("d", [3, 4])
+def test_every_size_reaches_the_moment_at_every_concentration(d, symmetric):
+    # Isotropic, spread, a girdle and the uniform distribution.
+    spectra = [[-(10.0**k)] * (d - 1) for k in range(-1, 7)]
+    spectra += [[-1e3, *[-2.0] * (d - 2)], [-50.0, *[0.0] * (d - 2)], [0.0] * (d - 1)]
+    for m in range(2 * (d - 1), 61):
+        for z in spectra:
+            distribution = Bingham([*z, 0.0], np.eye(d))
+            x, w = RiemannianSampling(m, symmetric=symmetric).sample(distribution)
+            assert np.abs((x.T * w) @ x - distribution.moment()).max() <= 1e-10, (m, z)
+
+
+@pytest.mark.parametrize("correction", ["newton", "descent", "trust_region"])
+def test_all_corrections_reach_the_moment(correction):
+    distribution = Bingham([-20.0, -5.0, -1.0, 0.0], np.eye(4))
+    x, w = RiemannianSampling(30, map="gnomonic", correction=correction).sample(distribution)
+    assert np.sum(((x.T * w) @ x - distribution.moment()) ** 2) < 1e-15
+    # Negative control.
+    x, w = RiemannianSampling(30, map="gnomonic", correction="none").sample(distribution)
+    assert np.sum(((x.T * w) @ x - distribution.moment()) ** 2) > 1e-6

@@ -1,12 +1,13 @@
 """Correction of unit vectors on the sphere so that their second moment is a given diagonal matrix.
 
-In whitened coordinates v = W^{-1/2} x, W = diag(w), the target is Σ v vᵀ/m = I. A symmetric E moves every point by
-v ← v + E v, back on the sphere; to first order the moment C changes by
+In whitened coordinates v = W^{-1/2} x, W = diag(w) ascending, the target is Σ v vᵀ/m = I. An upper triangular E moves
+every point by v ← v + E v, back on the sphere; to first order the moment C changes by
 
-    E C + C E − 2/m Σ v vᵀ (vᵀ W E v),
+    E C + C Eᵀ − 2/m Σ v vᵀ (vᵀ W E v),
 
-which is linear in E: Newton's method solves for the E that cancels C − I. Points move along projections of E v, as
-they do in a steepest descent on |C − I|², whose E is a multiple of the residual; here it is the best matrix.
+which is linear in E: Newton's method solves for the E that cancels C − I. Triangular, E adds to a coordinate
+multiples of wider ones only. (A symmetric E would also move the mode's coordinate by the narrow ones, which the way
+back on the sphere undoes: the two cancel at high concentration, and points without symmetry could not be centred.)
 Whitening makes it independent of the concentration.
 """
 
@@ -23,7 +24,7 @@ __all__ = ["correct_moments"]
 MAX_STEPS = 60
 # Residual in units of the moments themselves at which rounding ends the descent.
 FLOOR = 5e-15
-# Largest entry of E: keeps I + E positive definite for every d, and the linearisation meaningful.
+# Largest entry of E: keeps the linearisation meaningful.
 LARGEST_STEP = 0.5
 
 
@@ -83,7 +84,7 @@ def _move(v, w, e, out):
         norm = 0.0
         for k in range(d):
             t = v[i, k]
-            for l in range(d):
+            for l in range(k, d):
                 t += e[k, l] * v[i, l]
             out[i, k] = t
             norm += w[k] * t * t
@@ -103,7 +104,7 @@ def correct_moments(points, w):
     root = np.sqrt(w)
     v = points / root
     trial = np.empty_like(v)
-    c, e, halved = np.empty((d, d)), np.empty((d, d)), np.empty((d, d))
+    c, e, halved = np.empty((d, d)), np.zeros((d, d)), np.empty((d, d))
     a, b, product = np.empty((p, p)), np.empty(p), np.empty(p)
     residual = _residual(v, c)
     step = 0
@@ -123,11 +124,11 @@ def correct_moments(points, w):
         for r in range(p):
             for s in range(r):
                 a[s, r] = a[r, s]
-        # a holds Σ v v v v; column (k, l) of the linear map takes −2/m times it, weighed by vᵀ W E v.
+        # a holds Σ v v v v; column (k, l) of the linear map takes −2/m times it, weighed by vᵀ W E v, E_{lk} = 1.
         q = 0
         for k in range(d):
             for l in range(k + 1):
-                t = -2.0 / m * (w[k] if k == l else w[k] + w[l])
+                t = -2.0 / m * w[l]
                 for r in range(p):
                     a[r, q] *= t
                 q += 1
@@ -138,17 +139,12 @@ def correct_moments(points, w):
                 q = 0
                 for i in range(d):
                     for j in range(i + 1):
-                        # (E C + C E)_{kl} for the unit symmetric E with entries (i, j) and (j, i).
+                        # (E C + C Eᵀ)_{kl} for the unit E with entry (j, i).
                         t = 0.0
-                        if i == k:
-                            t += c[j, l]
-                        if i == l:
-                            t += c[j, k]
-                        if i != j:
-                            if j == k:
-                                t += c[i, l]
-                            if j == l:
-                                t += c[i, k]
+                        if j == k:
+                            t += c[i, l]
+                        if j == l:
+                            t += c[i, k]
                         a[r, q] += t
                         # E = I moves nothing: fix its multiple, the trace, at zero.
                         if k == l and i == j:
@@ -161,7 +157,7 @@ def correct_moments(points, w):
         largest = 0.0
         for k in range(d):
             for l in range(k + 1):
-                e[k, l] = e[l, k] = b[q]
+                e[l, k] = b[q]
                 largest = max(largest, abs(b[q]))
                 q += 1
         share = 1.0 if largest <= LARGEST_STEP else LARGEST_STEP / largest

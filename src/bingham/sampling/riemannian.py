@@ -13,6 +13,7 @@ from bingham.errors import ConvergenceError, InvalidArgumentError
 from bingham.sampling.descent import steepest_descent
 from bingham.sampling.gaussian_lcd import standard_normal_points
 from bingham.sampling.protocol import WeightedPoints, single
+from bingham.sampling.trust_region import trust_region
 from bingham.validation import check_number, integer
 
 __all__ = ["RiemannianSampling", "gnomonic", "transported"]
@@ -64,11 +65,13 @@ class RiemannianSampling:
         "transport" carries the normal distribution to the Bingham distribution exactly, one coordinate after the
         other, and covers every distribution. "gnomonic" is the paper's: Gaussian on the tangent plane, then the
         gnomonic retraction; singular for girdles and the uniform distribution, approximate at low concentration.
-    correction : {"newton", "descent", "none"}
+    correction : {"newton", "descent", "trust_region", "none"}
         "newton" solves for the moment (`kernels.correction`), in microseconds and to rounding. "descent" is the
-        paper's Riemannian steepest descent on ‖Σ x xᵀ/m − E[x xᵀ]‖², to an absolute tolerance.
+        paper's Riemannian steepest descent on ‖Σ x xᵀ/m − E[x xᵀ]‖² and "trust_region" its Newton method with conjugate
+        gradients, both to an absolute tolerance.
     penalty : float
-        λ ≥ 0 of the penalised objective of "descent" (0: plain), which holds points near where they started.
+        λ ≥ 0 of the penalised objective of "descent" and "trust_region" (0: plain), which holds points near where they
+        started.
     symmetric : bool
         Whether the normal point set is symmetric about 0, hence the samples about the mode.
 
@@ -83,7 +86,7 @@ class RiemannianSampling:
 
     m: int = 100
     map: Literal["transport", "gnomonic"] = "transport"
-    correction: Literal["newton", "descent", "none"] = "newton"
+    correction: Literal["newton", "descent", "trust_region", "none"] = "newton"
     penalty: float = 0.0
     symmetric: bool = True
 
@@ -92,10 +95,14 @@ class RiemannianSampling:
         check_number(self.penalty, "penalty", "a finite number ≥ 0", minimum=0.0)
         if self.map not in ("transport", "gnomonic"):
             raise InvalidArgumentError("map", "'transport' or 'gnomonic'", repr(self.map))
-        if self.correction not in ("newton", "descent", "none"):
-            raise InvalidArgumentError("correction", "'newton', 'descent' or 'none'", repr(self.correction))
-        if not self.penalty >= 0.0 or (self.penalty > 0.0 and self.correction != "descent"):
-            raise InvalidArgumentError("penalty", "0, or positive with correction='descent'", self.penalty)
+        if self.correction not in ("newton", "descent", "trust_region", "none"):
+            raise InvalidArgumentError(
+                "correction", "'newton', 'descent', 'trust_region' or 'none'", repr(self.correction)
+            )
+        if not self.penalty >= 0.0 or (self.penalty > 0.0 and self.correction not in ("descent", "trust_region")):
+            raise InvalidArgumentError(
+                "penalty", "0, or positive with correction='descent' or 'trust_region'", self.penalty
+            )
 
     def sample(self, distribution: Bingham) -> WeightedPoints:
         """Return points (m, d) and weights 1/m.
@@ -121,4 +128,6 @@ class RiemannianSampling:
                 raise ConvergenceError(problem, points, "use more points or map='transport'")
         elif self.correction == "descent":
             points = steepest_descent(points, np.diag(w), penalty=self.penalty).points
+        elif self.correction == "trust_region":
+            points = trust_region(points, np.diag(w), self.penalty)
         return WeightedPoints(points @ distribution.M.T, np.full(self.m, 1.0 / self.m))

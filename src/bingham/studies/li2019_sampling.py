@@ -6,14 +6,13 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import minimize
 
 from bingham.distributions.bingham import Bingham
 from bingham.distributions.normalizer import log_normalizer_derivatives
-from bingham.errors import ConvergenceError
 from bingham.sampling.descent import moment_residual, steepest_descent
 from bingham.sampling.protocol import WeightedPoints
 from bingham.sampling.riemannian import RiemannianSampling
+from bingham.sampling.trust_region import trust_region
 from bingham.sampling.unscented import Unscented
 from bingham.studies.study import Arrays, Row
 
@@ -23,7 +22,6 @@ __all__ = [
     "fourth_moment_error",
     "sampling_rows",
     "sampling_sets",
-    "trust_region",
 ]
 
 FloatArray = NDArray[np.float64]
@@ -101,35 +99,6 @@ def sampling_rows(sets: Arrays) -> list[Row]:
             rows.append(Row(case, name, "residual", float(figures[0]), None, paper))
             rows.append(Row(case, name, "fourth_moment_error", float(figures[1])))
     return rows
-
-
-def trust_region(points: FloatArray, moment: FloatArray, penalty: float = 0.0) -> FloatArray:
-    """Minimise the objective of `steepest_descent` by a trust-region Newton method; return unit vectors (m, d).
-
-    The objective of y/|y| is handed to SciPy's Newton method with conjugate gradients; products with its Hessian are
-    differences of the gradient. Steps along y change nothing, so it moves on the spheres.
-    """
-    m, d = points.shape
-
-    def parts(flat: FloatArray) -> tuple[float, FloatArray]:
-        y = flat.reshape(m, d)
-        length = np.linalg.norm(y, axis=1)[:, None]
-        x = y / length
-        error = x.T @ x / m - moment
-        slope = 4.0 / m * (x @ error) - penalty / m * points
-        slope -= np.sum(slope * x, axis=1)[:, None] * x
-        return float(np.sum(error * error) + penalty * (1.0 - np.sum(x * points) / m)), (slope / length).ravel()
-
-    def product(flat: FloatArray, direction: FloatArray) -> FloatArray:
-        h = 1e-5 / max(float(np.linalg.norm(direction)), 1e-30)
-        return (parts(flat + h * direction)[1] - parts(flat - h * direction)[1]) / (2.0 * h)
-
-    options = {"gtol": 1e-9, "maxiter": 2000}
-    result: Any = minimize(parts, points.ravel(), jac=True, hessp=product, method="trust-ncg", options=options)
-    y = result.x.reshape(m, d)
-    if not np.isfinite(result.fun):
-        raise ConvergenceError(f"trust region: {result.message}", y)
-    return y / np.linalg.norm(y, axis=1)[:, None]
 
 
 def correction_sets() -> Arrays:
