@@ -65,10 +65,6 @@ def test_the_largest_number_tried_and_the_angle_of_rotations_are_named(bingham, 
         (["--components", "91"], "--components: expected at most 90, got 91 clusters of at least 6 points"),
         (["--min-points", "541"], "--min-points: expected at most 540, the number of rows, got 541"),
         (["--components", "3", "--min-points", "200"], "--components: expected at most 2, got 3 clusters"),
-        (
-            ["--components", "2", "--min-points", "270", "--restarts", "1"],
-            "; ask for fewer components, or lower --min-p",
-        ),
     ],
 )
 def test_mistakes_end_in_one_line(bingham, two_walls, arguments, words):
@@ -88,3 +84,19 @@ def test_every_dimension(bingham, tmp_path, d, names):
     )
     assert result.exit_code == 0, result.output
     assert len(json.loads(result.stdout)["files"]) == (2 if d <= 4 else 1)
+
+
+def test_opposite_walls_are_apart_with_signed(bingham, tmp_path):
+    rng = np.random.default_rng(0)
+    x = np.concatenate([s * Bingham([-300.0, -300.0, 0.0], np.eye(3)[:, p]).rvs(150, rng=rng)
+                        for s, p in ((1, [0, 1, 2]), (1, [1, 2, 0]))])  # fmt: skip
+    # Rows on both sides of the first axis, on one of the second.
+    x[:150] *= np.where(np.arange(150) < 90, 1.0, -1.0)[:, None] * np.sign(x[:150, 2:])
+    x[150:] *= np.sign(x[150:, :1])
+    np.savetxt(tmp_path / "normals.csv", x, delimiter=",", header="x,y,z", comments="")
+    args = ["cluster", tmp_path / "normals.csv", "--components", "1-4", "--json"]
+    apart, merged = (json.loads(bingham(*args, *more).stdout) for more in (["--signed"], []))
+    assert [c["count"] for c in apart["components"]] == [150, 90, 60]
+    assert apart["components"][1]["mode"][2] > 0.99 and apart["components"][2]["mode"][2] < -0.99
+    # Negative control: axes merge them.
+    assert sorted(c["count"] for c in merged["components"]) == [150, 150]

@@ -44,6 +44,12 @@ def cluster(
     method: str = typer.Option("em", help="em: maximum likelihood; sac: sample consensus, faster and rougher."),
     background: bool = typer.Option(True, help="Allow for outliers by a uniform component."),
     min_points: int | None = typer.Option(None, min=1, help="Minimum number of points of a cluster."),
+    min_density: float | None = typer.Option(
+        None, help="sac: density of a point that belongs to a cluster; the uniform one unless given."
+    ),
+    signed: bool = typer.Option(
+        False, "--signed", help="Signs matter, as of surface normals: a cluster is split into its two sides."
+    ),
     max_concentration: float = typer.Option(1e6, help="Ceiling of the concentrations; lower it for rounded data."),
     restarts: int = typer.Option(10, min=1, help="Random starts for each number of clusters."),
     seed: int = typer.Option(0, min=0, help="The same seed gives the same clusters."),
@@ -66,6 +72,8 @@ def cluster(
 
     if method not in ("em", "sac"):
         raise InvalidArgumentError("--method", "em or sac", method)
+    if min_density is not None and (method != "sac" or not 0.0 < min_density < float("inf")):
+        raise InvalidArgumentError("--min-density", "a density > 0, with --method sac", min_density)
     sizes = _sizes(components)
     with in_options({"columns": "--columns", "angles": "--as"}):
         axes = read_axes(
@@ -87,13 +95,16 @@ def cluster(
 
         try:
             mixture = BinghamMixture.fit(axes.values, sizes, method=method, background=background, restarts=restarts,
-                                         max_concentration=max_concentration, min_points=min_points, rng=seed,
-                                         progress=done)  # fmt: skip
+                                         max_concentration=max_concentration, min_points=min_points, min_density=min_density,
+                                         rng=seed, progress=done)  # fmt: skip
         except (InvalidArgumentError, ConvergenceError) as error:
             said = worded(str(error), {"min_points": "--min-points", "max_concentration": "--max-concentration"})
             raise RecordingError(file, f"{len(axes.values)} rows", said) from None
     label = mixture.predict(axes.values)
-    row = describe(axes, mixture, label) | {"method": method, "tried": tried}
+    row: dict[str, Any] = describe(axes, mixture, label) | {"method": method, "tried": tried, "signed": signed}
+    if signed:
+        row["components"], label = _sides(axes, mixture, row["components"], minimum)
+        row["outliers"] = int((label < 0).sum())
     if output is not None:
         row["files"] = [str(output / name) for name in (f"{axes.name}.clusters.csv", f"{axes.name}.clusters.png")]
         with staged(output) as folder:
@@ -120,6 +131,34 @@ def _sizes(text: str) -> list[int]:
     if not 1 <= low <= high:
         raise InvalidArgumentError("--components", "at least 1, the smaller number first", repr(text))
     return list(range(low, high + 1))
+
+
+def _sides(
+    axes: Axes, mixture: BinghamMixture, components: list[dict[str, Any]], minimum: int
+) -> tuple[list[dict[str, Any]], Any]:
+    """Return the clusters with the sides of their axes apart, heaviest first, and the labels (n,).
+
+    A Bingham distribution on the half around a signed mode is twice as dense: two halves never overlap, so counting
+    sides is their maximum-likelihood fit. Sides of fewer than ``minimum`` points are outliers.
+    """
+    import numpy as np
+
+    owner = mixture.predict(axes.values)
+    behind = np.sum(axes.values * mixture.components.mode[owner], axis=1) < 0.0
+    found: list[tuple[int, Any, dict[str, Any]]] = []
+    for k, component in enumerate(components):
+        for side in (False, True):
+            members = (owner == k) & (behind == side)
+            count = int(members.sum())
+            if count >= minimum:
+                mode = (-1.0 if side else 1.0) * mixture.components.mode[k]
+                weight = component["weight"] * count / max(component["count"], 1)
+                found.append((count, members, component | {"weight": weight, "count": count, "mode": mode.tolist()}))
+    found.sort(key=lambda part: -part[0])
+    label = np.full(len(owner), -1)
+    for index, (_, members, _) in enumerate(found):
+        label[members] = index
+    return [component for _, _, component in found], label
 
 
 def describe(axes: Axes, mixture: BinghamMixture, label: Any) -> dict[str, Any]:

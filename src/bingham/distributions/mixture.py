@@ -152,7 +152,13 @@ class BinghamMixture:
         InvalidArgumentError
             If an argument does not satisfy its contract.
         ConvergenceError
-            If every start lost a component (fewer than `min_points`); `reached` holds the best mixture without it.
+            If not even one component is found; `reached` holds the last mixture.
+
+        Warns
+        -----
+        AccuracyWarning
+            If every start lost a component (fewer than `min_points`) for every number asked for: the mixture returned
+            has fewer.
         """
         from bingham.distributions.selection import fit_mixture
 

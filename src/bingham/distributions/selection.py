@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -12,7 +13,7 @@ from bingham.distributions.em import EMResult, expectation_maximization
 from bingham.distributions.mixture import BinghamMixture
 from bingham.distributions.sample_consensus import sample_consensus
 from bingham.distributions.starts import seed_axes, start_from_axes
-from bingham.errors import ConvergenceError, InvalidArgumentError
+from bingham.errors import AccuracyWarning, ConvergenceError, InvalidArgumentError
 from bingham.validation import as_generator, unit_rows
 
 if TYPE_CHECKING:
@@ -93,10 +94,21 @@ def fit_mixture(
                 best, best_bic = fitted, bic
         if progress is not None:
             progress(size, fitted)
-    if best is None:
-        assert lost is not None
-        raise lost
-    return best
+    if best is not None:
+        return best
+    assert lost is not None
+    # Fewer components than the fewest asked for, rather than nothing.
+    for size in range(min(sizes) - 1, 0, -1):
+        try:
+            best = _best_of_restarts(
+                a, counts, size, background, restarts, max_concentration, minimum, tolerance, generator
+            )
+        except ConvergenceError:
+            continue
+        told = f"{min(sizes)} components are too many for these samples; the best mixture found has {best.size}"
+        warnings.warn(told, AccuracyWarning, stacklevel=3)
+        return best
+    raise lost
 
 
 def _best_of_restarts(
