@@ -5,7 +5,6 @@ from scipy.optimize import minimize_scalar
 from scipy.special import ive
 
 from bingham import Bingham, log_normalizer
-from bingham.distributions.isotropic import fit_isotropic, isotropic_concentration
 from bingham.distributions.fisher_bingham import FisherBingham
 from bingham.distributions.gaussian_relations import (
     conditioned_gaussian,
@@ -13,6 +12,7 @@ from bingham.distributions.gaussian_relations import (
     to_fisher_bingham,
     trigonometric_moment,
 )
+from bingham.distributions.isotropic import fit_isotropic, isotropic_concentration
 
 
 @pytest.mark.parametrize("d", [2, 3, 4, 7])

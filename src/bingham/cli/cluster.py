@@ -95,8 +95,8 @@ def cluster(
 
         try:
             mixture = BinghamMixture.fit(axes.values, sizes, method=method, background=background, restarts=restarts,
-                                         max_concentration=max_concentration, min_points=min_points, min_density=min_density,
-                                         rng=seed, progress=done)  # fmt: skip
+                                         max_concentration=max_concentration, min_points=min_points,
+                                         min_density=min_density, rng=seed, progress=done)  # fmt: skip
         except (InvalidArgumentError, ConvergenceError) as error:
             said = worded(str(error), {"min_points": "--min-points", "max_concentration": "--max-concentration"})
             raise RecordingError(file, f"{len(axes.values)} rows", said) from None
