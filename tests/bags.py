@@ -48,15 +48,22 @@ class Bag:
     def __exit__(self, *_):
         self.writer.close()
 
+    @property
+    def types(self):
+        return self.store.types
+
+    def header(self, stamp, frame="imu"):
+        time = self.types["builtin_interfaces/msg/Time"](sec=int(stamp // 10**9), nanosec=int(stamp % 10**9))
+        return self.types["std_msgs/msg/Header"](stamp=time, frame_id=frame, **({"seq": 17} if self.ros1 else {}))
+
     def write(self, topic, name, stamp, **fields):
-        types = self.store.types
-        time = types["builtin_interfaces/msg/Time"](sec=int(stamp // 10**9), nanosec=int(stamp % 10**9))
-        sequence = {"seq": 17} if self.ros1 else {}
-        header = types["std_msgs/msg/Header"](stamp=time, frame_id=f"{topic.strip('/')}_link", **sequence)
         kind = f"sensor_msgs/msg/{name}"
+        header = self.header(stamp, f"{topic.strip('/')}_link")
+        self.message(topic, kind, self.types[kind](header=header, **fields), stamp)
+
+    def message(self, topic, kind, message, stamp):
         if topic not in self.connections:
             self.connections[topic] = self.writer.add_connection(topic, kind, typestore=self.store, **self.about)
-        message = types[kind](header=header, **fields)
         serialize = self.store.serialize_ros1 if self.ros1 else self.store.serialize_cdr
         self.writer.write(self.connections[topic], int(stamp + DELAY), serialize(message, kind))
 

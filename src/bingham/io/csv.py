@@ -241,7 +241,7 @@ def _present(values: FloatArray) -> NDArray[np.bool_]:
     """Return which rows hold anything."""
     if np.isfinite(values.sum()):
         return np.ones(len(values), dtype=np.bool_)
-    return ~np.isnan(values).all(axis=1)
+    return np.asarray(~np.isnan(values).all(axis=1))
 
 
 def _is_dated(text: TextFile, layout: Layout, column: int) -> bool:

@@ -42,8 +42,8 @@ def read_kitti(
     Parameters
     ----------
     path : str or Path
-        File of poses, rows of 3×4 matrices camera to first camera, with its times in ``times.txt`` beside it; or the
-        folder ``oxts``, or the one that holds it.
+        File of poses, rows of 3×4 matrices camera to first camera, its times in ``times.txt`` or
+        ``NAME_times.txt`` beside it; or the folder ``oxts``, or the one that holds it.
     rate : float, optional
         Sampling rate, Hz, of poses without ``times.txt``; KITTI's 10 Hz unless given.
     regularise : bool
@@ -81,8 +81,9 @@ def _poses(path: Path, rate: float | None, regularise: bool) -> OrientationRecor
     if bad.any():
         problem = "its 3×3 part is no rotation matrix"
         raise RecordingError(path, place("", int(np.argmax(bad))), problem, "twelve numbers of a 3×4 pose are expected")
-    beside = path.with_name("times.txt")
-    if rate is None and beside.is_file():
+    known = [path.with_name(name) for name in (f"{path.stem}_times.txt", "times.txt")]
+    beside = next((file for file in known if file.is_file()), None)
+    if rate is None and beside is not None:
         clock = opened_text(beside)
         time = read_table(clock, Layout(None, ".", ["time"], [], 0, clock.head[0][0], 1), [0]).columns[0]
         if len(time) != len(turns):

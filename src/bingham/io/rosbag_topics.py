@@ -15,6 +15,7 @@ import numpy as np
 
 from bingham.errors import InvalidArgumentError, RecordingError
 from bingham.io.checks import damaged, note, optional_module
+from bingham.io.rosbag_check import check_bag
 
 __all__ = [
     "ABSENT",
@@ -114,6 +115,7 @@ def opened(path: Path) -> Generator[Any]:
     stores = optional_module("rosbags.typesys", purpose)
     if not path.exists():
         raise RecordingError(path, "", "no such file or folder", "check the path")
+    check_bag(path)
     # Older ROS 2 bags carry no message definitions; those of sensor_msgs have not changed since.
     store = stores.get_typestore(stores.Stores.ROS2_HUMBLE)
     try:
