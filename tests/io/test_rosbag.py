@@ -118,7 +118,7 @@ def test_damaged_bags(tmp_path, kind, part):
     with pytest.raises(RecordingError) as caught:
         read_recording(path)
     message = str(caught.value)
-    assert message.startswith(f"{path}: ")
+    assert message.startswith(f"{path}")
     assert "; " in message
     assert "\n" not in message
 
