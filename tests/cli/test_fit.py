@@ -28,7 +28,8 @@ def test_agrees_with_pmagpy(bingham, data):
     w = np.array(row["moments"])
     clamped = np.degrees(2.45 / np.sqrt(2 * 20 * 25.55 * (w[2] - w[:2])))
     np.testing.assert_allclose(clamped, [published["Zeta_deg"], published["Eta_deg"]], rtol=1e-5)
-    shrunk = np.sqrt(25.55 / -np.array(row["concentrations"][:2])) * np.sqrt(5.991464547) / 2.45
+    # F in place of χ²: 2 · 19/18 · F(2, 18) = 2 · 19/18 · 3.554557.
+    shrunk = np.sqrt(25.55 / -np.array(row["concentrations"][:2])) * np.sqrt(2 * 19 / 18 * 3.554557146) / 2.45
     np.testing.assert_allclose(row["mode_confidence_95_deg"], clamped * shrunk, rtol=1e-6)
 
 
@@ -127,6 +128,87 @@ def test_errors_speak_of_options(bingham, tmp_path, command, text, options, mess
 def test_an_error_that_reaches_all_around_is_open(bingham, data):
     result = bingham("fit", data / "axial" / "gray1980_poles.csv")
     (line,) = [line for line in result.stdout.splitlines() if line.startswith("95 % confidence of the mode")]
-    assert line.split()[-3:] == ["4.54°", "×", "open"]
+    assert line.split()[-3:] == ["5.25°", "×", "open"]
     row = json.loads(bingham("fit", data / "axial" / "gray1980_poles.csv", "--json").stdout)
     assert row["mode_confidence_95_deg"][1] > 90.0
+
+
+def test_report_of_a_structural_geologist(bingham, data, tmp_path):
+    path = data / "axial" / "quetico_lineations.csv"
+    row = json.loads(bingham("fit", path, "--json").stdout)["fabric"]
+    np.testing.assert_allclose(row["eigenvalues"], [0.89045, 0.06737, 0.04218], atol=5e-6)
+    assert row["woodcock_K"] == pytest.approx(5.515, abs=5e-4)
+    assert row["woodcock_C"] == pytest.approx(3.050, abs=5e-4)
+    np.testing.assert_allclose(row["mean_axis_trend_plunge_deg"], [69.1, 14.8], atol=0.05)
+    assert row["tests"]["rotational_symmetry"]["pvalue"] == pytest.approx(0.170, abs=5e-4)
+    assert row["tests"]["uniformity"]["pvalue"] < 1e-20
+    result = bingham("fit", path, "-o", tmp_path / "out")
+    assert "Woodcock K, C               5.515 (cluster), 3.050" in result.stdout
+    assert "mean axis (trend/plunge)    069.1/14.8, 95 % region" in result.stdout
+    assert (tmp_path / "out" / "quetico_lineations.fit.png").read_bytes().startswith(b"\x89PNG")
+    # Too few for regions and tests, but not for a fit.
+    few = tmp_path / "few.csv"
+    few.write_text("n,e,d\n1,0,0\n0,1,0\n0,0,1\n")
+    assert "fabric" not in json.loads(bingham("fit", few, "--json").stdout)
+
+
+@pytest.fixture
+def crystals(tmp_path):
+    """One orientation of a cubic crystal, written by any of its equivalents, and two outliers in ten."""
+    from bingham.distributions.symmetric import SymmetricMixture
+
+    frame = np.linalg.qr(np.random.default_rng(0).normal(size=(4, 4)))[0]
+    one = Bingham([[-9000.0, -7000.0, -3000.0, 0.0]], [frame])
+    x = SymmetricMixture([0.8], one, "432", 0.2).rvs(300, rng=1)
+    path = tmp_path / "grain.csv"
+    np.savetxt(path, x, delimiter=",", header="qw,qx,qy,qz", comments="", fmt="%.17g")
+    return path, one.mode[0]
+
+
+def test_symmetry_is_hinted_at_and_used(bingham, crystals, quaternions):
+    from bingham.distributions.crystal import misorientation
+
+    path, mode = crystals
+    plain = bingham("fit", path)
+    assert "fit with --symmetry 432" in plain.stderr
+    assert "--symmetry" not in bingham("fit", quaternions).stderr
+    result = bingham("fit", path, "--symmetry", "m-3m", "--json")
+    assert "--symmetry" not in result.stderr
+    row = json.loads(result.stdout)
+    assert row["outlier_share"] == pytest.approx(0.2, abs=0.06)
+    assert row["samples"] + row["outliers"] == 300
+    assert np.degrees(misorientation(np.array(row["mode"]), mode, "432").angle) < 0.3
+    assert "points are outliers" in bingham("fit", path, "--symmetry", "432").stdout
+
+
+def test_symmetry_is_of_orientations(bingham, crystals, data):
+    wrong = bingham("fit", crystals[0], "--symmetry", "5")
+    assert wrong.exit_code == 2
+    assert wrong.stderr.startswith("bingham: --symmetry: expected one of 1, 2, 3")
+    axes = bingham("fit", data / "axial" / "kamb1959_fig7.csv", "--symmetry", "432")
+    assert "--symmetry: expected orientations, d = 4" in axes.stderr
+
+
+def test_maps_of_orientations_are_read(bingham, tmp_path):
+    (tmp_path / "a.ang").write_text(ANG)
+    (tmp_path / "a.ctf").write_text(CTF)
+    rows = [
+        json.loads(bingham("fit", tmp_path / name, "--symmetry", "432", "--json").stdout) for name in ("a.ang", "a.ctf")
+    ]
+    np.testing.assert_allclose(np.abs(rows[0]["mode"]), np.abs(rows[1]["mode"]), atol=1e-4)
+    said = bingham("fit", tmp_path / "a.ang").stderr
+    assert "the file states the symmetry 432" in said
+    assert "--columns: expected a table" in bingham("fit", tmp_path / "a.ang", "--columns", "x,y").stderr
+
+
+ANGLES = [(0.1 + 0.01 * k % 0.03, 0.5 + 0.007 * k % 0.02, 1.2 + 0.003 * k % 0.02) for k in range(12)]
+ANG = "# Phase 1\n# MaterialName  Nickel\n# Symmetry              43\n# GRID: SqrGrid\n#\n" + "".join(
+    f"{a:9.5f} {b:9.5f} {c:9.5f} {k:9.3f} 0.000 87.3 0.812 0 1 0.6\n" for k, (a, b, c) in enumerate(ANGLES)
+)
+CTF = (
+    "Channel Text File\nPrj\tx\nPhases\t1\n3.524;3.524;3.524\t90;90;90\tNickel\t11\t225\n"
+    "Phase\tX\tY\tBands\tError\tEuler1\tEuler2\tEuler3\tMAD\tBC\tBS\n"
+) + "".join(
+    f"1\t{k}\t0\t8\t0\t{np.degrees(a):.4f}\t{np.degrees(b):.4f}\t{np.degrees(c):.4f}\t0.5\t9\t9\n"
+    for k, (a, b, c) in enumerate(ANGLES)
+)

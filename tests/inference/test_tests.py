@@ -55,6 +55,16 @@ def test_size_of_uniformity(d, method, n):
     assert rejections(uniformity_test(tilted, method=method)) > (50 if n == 20 else 190)
 
 
+@pytest.mark.parametrize("n", [3, 5, 20, 84])
+def test_stronger_fabrics_are_less_uniform(n):
+    """Corrections of the distribution of S must not turn round in its tail."""
+    x = np.array([Bingham([-k, -0.8 * k, 0.0], np.eye(3)).rvs(n, rng=1) for k in np.geomspace(0.01, 1e4, 60)])
+    result = uniformity_test(x)
+    order = np.argsort(result.statistic)
+    assert np.all(np.diff(result.pvalue[order]) <= 0.0)
+    assert result.pvalue[-1] < (0.06 if n == 3 else 1e-2)
+
+
 def test_gine_sees_what_second_moments_do_not():
     """Axes about the four diagonals of a cube have the second moment of uniform ones."""
     diagonals = np.array([[1, 1, 1], [1, 1, -1], [1, -1, 1], [-1, 1, 1]]) / np.sqrt(3)

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import json
+import warnings
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import typer
 
 from bingham.cli.signs import GEOGRAPHIC, printed
-from bingham.errors import InvalidArgumentError, RecordingError
+from bingham.errors import InvalidArgumentError, RecordingError, RecordingWarning
 
 if TYPE_CHECKING:
     from bingham.distributions.bingham import Bingham
@@ -25,6 +26,8 @@ Examples:
     bingham fit poles.csv --columns n,e,d -o fits
 
     bingham fit orientations.txt --json | jq .concentrations
+
+    bingham fit grains.ang --symmetry 432
 """
 
 
@@ -37,12 +40,15 @@ def fit(
     file: Path = typer.Argument(
         ...,
         metavar="FILE",
-        help="Text, one unit vector a row: n e d, x y z, qw qx qy qz, x y or any d; or angles.",
+        help="Text, one unit vector a row: n e d, x y z, qw qx qy qz, x y or any d; or angles; .ang, .ctf maps.",
         show_default=False,
     ),
     columns: str | None = typer.Option(None, metavar="A,B,...", help="Names of the components in the file, in order."),
     as_angles: str | None = typer.Option(
         None, "--as", metavar="KIND", help="The columns are angles, as strike-dip or bunge: see bingham formats."
+    ),
+    symmetry: str | None = typer.Option(
+        None, metavar="GROUP", help="Crystal symmetry of orientations, as 432 or m-3m; outliers are told apart."
     ),
     output: Path | None = typer.Option(None, "--output", "-o", metavar="FOLDER", help="Draw a figure into it."),
     as_json: bool = typer.Option(False, "--json", help="Print one JSON object on standard output."),
@@ -50,23 +56,63 @@ def fit(
     """Fit a Bingham distribution to axes (signs do not matter) or quaternions, by maximum likelihood.
 
     Prints concentrations and principal axes with standard errors, mode, entropy and the 95 % credible angle; for
-    columns n, e, d also trend and plunge, and the pole of the best plane.
+    columns n, e, d also what structural geologists report: eigenvalues, Woodcock's and Vollmer's shape, mean axis,
+    best-fit plane and fold axis with their confidence regions, and tests.
     """  # fmt: skip
     from bingham.atomic import staged
     from bingham.cli.first_use import announce_compilation
+    from bingham.cli.fit_crystal import fit_crystals, is_map, read_map, symmetry_hint
     from bingham.cli.wording import in_options
-    from bingham.distributions.bingham import Bingham
     from bingham.io import read_axes
 
-    with in_options({"columns": "--columns", "angles": "--as"}):
-        axes = read_axes(
-            file, columns=None if columns is None else [name.strip() for name in columns.split(",")], angles=as_angles
-        )
+    stated: str | None = None
+    if is_map(file):
+        if columns is not None or as_angles is not None:
+            option = "--columns" if columns is not None else "--as"
+            raise InvalidArgumentError(option, "a table, not a map of orientations", str(file), "leave it out")
+        axes, stated = read_map(file)
+    else:
+        with in_options({"columns": "--columns", "angles": "--as"}):
+            names = None if columns is None else [name.strip() for name in columns.split(",")]
+            axes = read_axes(file, columns=names, angles=as_angles)
     announce_compilation()
+    if symmetry is not None:
+        if axes.values.shape[1] != 4:
+            raise InvalidArgumentError("--symmetry", "orientations, d = 4", f"{file}, d = {axes.values.shape[1]}")
+        with in_options({"group": "--symmetry"}):
+            crystals = fit_crystals(axes.values, symmetry)
+        distribution, extra = crystals.distribution, crystals.row
+        axes = axes._replace(values=crystals.members)
+    else:
+        distribution, extra = _fitted(file, axes.values), {}
+    row = describe(axes, distribution) | extra
+    if axes.values.shape[1] == 4 and symmetry is None and (hint := symmetry_hint(axes.values, stated)) is not None:
+        warnings.warn(f"{file}: {hint}", RecordingWarning, stacklevel=1)
+    if output is not None:
+        from bingham.plot.axes import plot_fit
+        from bingham.plot.stereonet import plot_fabric
+
+        with staged(output) as folder:
+            name = f"{axes.name}.fit.png"
+            if "fabric" in row:
+                figure = plot_fabric(axes.values, title=axes.name)
+            else:
+                figure = plot_fit(axes.values, distribution, names=axes.columns, title=axes.name)
+            figure.savefig(folder / name, dpi=150)
+        row["files"] = [str(output / name)]
+    if as_json:
+        typer.echo(json.dumps(row, indent=2, ensure_ascii=False))
+    else:
+        print_fit(row)
+
+
+def _fitted(file: Path, values: Any) -> Bingham:
+    from bingham.distributions.bingham import Bingham
+
     try:
-        distribution = Bingham.fit(axes.values)
+        return Bingham.fit(values)
     except InvalidArgumentError as error:
-        size, dim = axes.values.shape
+        size, dim = values.shape
         if size < dim:
             raise RecordingError(file, f"{size} rows", f"too few for dimension {dim}", f"give {dim} or more") from None
         if error.argument != "x":
@@ -77,18 +123,6 @@ def fit(
             "on a smaller sphere: along some axis they do not scatter at all, and its concentration has no bound",
             f"set one by: bingham cluster {file} --components 1 --no-background --max-concentration Z",
         ) from None
-    row = describe(axes, distribution)
-    if output is not None:
-        from bingham.plot.axes import plot_fit
-
-        with staged(output) as folder:
-            name = f"{axes.name}.fit.png"
-            plot_fit(axes.values, distribution, names=axes.columns, title=axes.name).savefig(folder / name, dpi=150)
-        row["files"] = [str(output / name)]
-    if as_json:
-        typer.echo(json.dumps(row, indent=2, ensure_ascii=False))
-    else:
-        print_fit(row)
 
 
 def describe(axes: Axes, distribution: Bingham) -> dict[str, Any]:
@@ -97,11 +131,13 @@ def describe(axes: Axes, distribution: Bingham) -> dict[str, Any]:
     Axes that the data leave open have infinite errors; JSON knows no such number, so they become None.
     """
     import numpy as np
-    from scipy.special import chdtri
+    from scipy.special import fdtri
 
     size, dim = axes.values.shape
     errors = distribution.standard_errors(size)
-    ellipse = np.sqrt(chdtri(dim - 1, 0.05))  # semi-axis of a normal variable's 95 % ellipsoid, standard deviations
+    # Semi-axis of the 95 % ellipsoid in standard deviations, which come from the same sample (`confidence_ellipse`).
+    p = dim - 1
+    ellipse = np.sqrt(p * (size - 1) / (size - p) * fdtri(p, size - p, 0.95)) if size > dim else np.inf
     with np.errstate(over="ignore"):
         turns = np.degrees(errors.axes)
     angle = float(np.degrees(distribution.credible_angle(0.95)))
@@ -128,6 +164,10 @@ def describe(axes: Axes, distribution: Bingham) -> dict[str, Any]:
     if tuple(name.lower() for name in axes.columns) == GEOGRAPHIC:
         row["mode_trend_plunge_deg"] = trend_plunge(distribution.M[:, 2])
         row["plane_pole_trend_plunge_deg"] = trend_plunge(distribution.M[:, 0])
+        if size > dim:
+            from bingham.cli.fit_fabric import describe_fabric
+
+            row["fabric"] = describe_fabric(axes.values)
     return row
 
 
@@ -174,7 +214,7 @@ def print_fit(row: dict[str, Any]) -> None:
         table.add_row(
             f"{z:.5g}",
             "" if last else f"{error:.2g}",
-            f"{share:.4f}",
+            f"{share:.4f}" if share >= 1e-3 else f"{share:.2g}",
             "  ".join(f"{x:+.4f}" for x in axis),
             "mode" if last else _degrees(turn, factor),
         )
@@ -191,8 +231,16 @@ def print_fit(row: dict[str, Any]) -> None:
     if "angles" in row:
         said = ", ".join(f"{x} {v:.2f}" for x, v in zip(row["angle_names"], row["mode_angles"], strict=True))
         console.print(f"{'mode':<28}{said}", highlight=False)
+    if "fabric" in row:
+        from bingham.cli.fit_fabric import fabric_lines
+
+        for name, text in fabric_lines(row["fabric"]):
+            console.print(f"{name:<28}{text}", highlight=False)
+    if "symmetry" in row:
+        said = f"{row['symmetry']}, {row['outliers']} points are outliers, {100 * row['outlier_share']:.1f} %"
+        console.print(f"{'symmetry':<28}{said}", highlight=False)
     for name, key in (("mode", "mode_trend_plunge_deg"), ("pole of the best plane", "plane_pole_trend_plunge_deg")):
-        if key in row:
+        if key in row and "fabric" not in row:
             trend, plunge = row[key]
             console.print(f"{name:<28}trend {trend:05.1f}°, plunge {plunge:.1f}°", highlight=False)
     for name in row.get("files", []):

@@ -115,8 +115,21 @@ def _rayleigh_statistic(x: FloatArray) -> Any:
 
 
 def _jupp(s: Any, n: int, d: int) -> Any:
-    """S with the error of its χ² distribution reduced from order 1/n (Mardia & Jupp 2000, eq. 10.7.2)."""
+    """S with the error of its χ² distribution reduced from order 1/n (Mardia & Jupp 2000, eq. 10.7.2).
+
+    The correction is a cubic that bends down far in the tail; from where its slope has fallen to a half it goes on
+    straight. Where that is at once, n is too small for it.
+    """
     b0 = (2 * d**2 + 3 * d + 4) / (6 * (d + 4))
     b1 = -(4 * d**2 + 3 * d - 4) / (3 * (d + 4) * (d**2 + d + 2))
     b2 = 4 * (d**2 - 4) / (3 * (d + 4) * (d**2 + d + 2) * (d**2 + d + 6))
-    return s * (1.0 - (b0 + b1 * s + b2 * s * s) / n)
+
+    def cubic(s: Any) -> Any:
+        return s * (1.0 - (b0 + b1 * s + b2 * s * s) / n)
+
+    if b0 > 0.5 * n:
+        return s
+    if b2 == 0.0:
+        return cubic(s)
+    turn = (-b1 + math.sqrt(b1 * b1 - 3.0 * b2 * (b0 - 0.5 * n))) / (3.0 * b2)
+    return cubic(np.minimum(s, turn)) + 0.5 * np.maximum(s - turn, 0.0)

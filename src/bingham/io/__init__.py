@@ -5,6 +5,7 @@ from bingham.io.broad import read_broad
 from bingham.io.checks import RecordingWarning
 from bingham.io.csv import read_csv, write_csv
 from bingham.io.detect import detect_format, read_recording
+from bingham.io.ebsd import EbsdMap, read_ebsd
 from bingham.io.euroc import read_euroc
 from bingham.io.kitti import read_kitti
 from bingham.io.npz import read_npz, write_npz
@@ -18,12 +19,14 @@ from bingham.io.tum import read_tum, write_tum
 
 __all__ = [
     "Axes",
+    "EbsdMap",
     "RecordingWarning",
     "RosbagOrientation",
     "detect_format",
     "read_axes",
     "read_broad",
     "read_csv",
+    "read_ebsd",
     "read_euroc",
     "read_kitti",
     "read_npz",

@@ -1,6 +1,7 @@
 """Figures of distributions, mixtures and tracks: functions that take values and return a ``matplotlib.figure.Figure``.
 
-`plot_fit` draws axes with their fitted distribution, mode and 95 % confidence ellipse; `plot_mixture` a mixture;
+`plot_fit` draws axes with their fitted distribution, mode and 95 % confidence ellipse, `plot_fabric` a
+geologist's stereonet; `plot_mixture` a mixture;
 `plot_track` rotations over time with their 95 % bands, `plot_planar_track` axes in the plane; `plot_profiles` what
 `tune` found. Save a figure with ``savefig``. Matplotlib (``pip install 'bingham[plot]'``) is loaded by the first one
 drawn.
@@ -18,12 +19,16 @@ if TYPE_CHECKING:  # what the table below loads, for editors and type checkers
     from bingham.plot.mixture import plot_rotation_cloud as plot_rotation_cloud
     from bingham.plot.planar_track import plot_planar_track as plot_planar_track
     from bingham.plot.segmentation import plot_segmentation as plot_segmentation
+    from bingham.plot.stereonet import draw_fabric as draw_fabric
+    from bingham.plot.stereonet import plot_fabric as plot_fabric
     from bingham.plot.track import plot_track as plot_track
     from bingham.plot.tuning import plot_profiles as plot_profiles
 
 # Public name → module that defines it.
 _PUBLIC = {
+    "draw_fabric": "stereonet",
     "equal_area": "axes",
+    "plot_fabric": "stereonet",
     "plot_fit": "axes",
     "plot_mixture": "mixture",
     "plot_planar_track": "planar_track",

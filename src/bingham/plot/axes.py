@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import chdtri
+from scipy.special import fdtri
 
 from bingham.distributions.bingham import Bingham
 from bingham.errors import InvalidArgumentError
@@ -19,7 +19,6 @@ __all__ = ["draw_density_map", "equal_area", "plot_fit"]
 
 FloatArray = NDArray[np.float64]
 
-RADIUS_95 = float(np.sqrt(chdtri(2, 0.05)))
 DATA, MODE, PLANE = INK, AXIS_COLOURS[0], AXIS_COLOURS[2]
 
 
@@ -107,7 +106,11 @@ def _draw_hemisphere(figure: Any, x: FloatArray, distribution: Bingham, names: t
     circle = np.cos(edge)[:, None] * middle + np.sin(edge)[:, None] * mode
     axes.plot(*_broken(equal_area(circle)).T, color=PLANE, lw=1.0, label="best plane and its pole")
     axes.plot(*equal_area(pole), "s", color=PLANE, ms=6, mfc="none")
-    spread = RADIUS_95 * distribution.standard_errors(len(x)).axes[:2, 2]
+    n = len(x)
+    # √q of `bingham.inference.confidence_ellipse`: p (n − 1)/(n − p) F(p, n − p), p = 2.
+    reach = np.sqrt(2 * (n - 1) / (n - 2) * fdtri(2, n - 2, 0.95)) if n > 3 else np.inf
+    with np.errstate(over="ignore", invalid="ignore"):
+        spread = reach * distribution.standard_errors(n).axes[:2, 2]
     if np.all(spread < np.pi / 2):  # wider: the data leave the mode open
         around = spread[0] * np.cos(edge)[:, None] * pole + spread[1] * np.sin(edge)[:, None] * middle
         angle = np.linalg.norm(around, axis=1, keepdims=True)
