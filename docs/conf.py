@@ -63,6 +63,9 @@ def fill_in(app, docname: str, source: list[str]) -> None:
     source[0] = source[0].replace("{{studies}}", tree)
     names = "\n".join(f"   ~{getattr(bingham, name).__module__}.{name}" for name in bingham.__all__)
     source[0] = source[0].replace("{{names}}", f".. autosummary::\n\n{names}")
+    if "{{table:" in source[0]:
+        for name, table in generated.tables().items():
+            source[0] = source[0].replace(f"{{{{table:{name}}}}}", table)
     if "{{commands}}" in source[0]:
         source[0] = source[0].replace("{{commands}}", generated.commands())
     source[0] = re.sub(r"{{results:([\w-]+)}}", lambda m: generated.study_table(m.group(1)), source[0])

@@ -10,6 +10,41 @@ from typing import Any
 RESULTS = Path(__file__).parent / "studies" / "results"
 
 
+def tables() -> dict[str, str]:
+    """Return what readers know, as tables: formats, loggers, angles, columns of text files."""
+    from bingham.io.angles import ANGLES
+    from bingham.io.columns import COLUMNS
+    from bingham.io.formats import FORMATS
+    from bingham.io.presets import PRESETS
+    from bingham.io.units import UNITS
+
+    def code(words: Any) -> str:
+        return " ".join(f"``{word}``" for word in words)
+
+    formats = [(f.title, f.expects, ", ".join(f"`bingham.io.{n}`" for n in f.functions)) for f in FORMATS.values()]
+    return {
+        "formats": _table(("format", "what is expected", "functions"), (16, 54, 30), formats),
+        "loggers": _table(("name", "files"), (24, 76), [(f"``{p.name}``", p.title) for p in PRESETS]),
+        "angles": _table(
+            ("``--as``", "columns", "what it is"),
+            (24, 30, 46),
+            [(f"``{k.name}``", code(k.columns), k.title) for k in ANGLES.values()],
+        ),
+        "columns": _table(
+            ("quantity", "columns", "units, the first unless told"),
+            (20, 34, 46),
+            [(q, code(c), code(UNITS.get(q, {})) or "none") for q, c in COLUMNS.items()],
+        ),
+    }
+
+
+def _table(head: tuple[str, ...], widths: tuple[int, ...], rows: Any) -> str:
+    lines = [".. list-table::", "   :header-rows: 1", f"   :widths: {' '.join(map(str, widths))}", ""]
+    for row in (head, *rows):
+        lines += [f"   {'*' if not k else ' '} - {cell}" for k, cell in enumerate(row)]
+    return "\n".join(lines)
+
+
 def commands() -> str:
     """Return a section for each command of the program: description, arguments and options with their defaults."""
     from typer.main import get_command

@@ -20,6 +20,8 @@ if TYPE_CHECKING:
 __all__ = ["FilterOptions", "Filtering", "note", "orientation_noise", "pieces_of", "renamed", "rows_of"]
 
 WARM_UP_SAMPLES = 3
+USUAL_NOISE = 0.04  # rad, the default of --measurement-noise: what a recording tells of itself takes its place
+WIDEST_NOISE = 0.8  # rad, beyond which a covariance says nothing of an orientation
 # Samples that are filtered at once; what a filter says of one takes some 400 bytes. Of a magnetometer the last few of
 # a piece stay "waiting for the next update".
 PIECE = 200_000
@@ -183,7 +185,7 @@ class Filtering:
 
         options = self.options
         self.name = "first-order, smoothed" if options.smooth else "first-order"
-        noise = orientation_noise("--measurement-noise", options.measurement_noise, recording.dim)
+        noise = orientation_noise("--measurement-noise", _measured_noise(recording, options), recording.dim)
         filter_ = BinghamFilter(
             Diffusion(options.process_noise, recording.dim),
             OrientationSensor(noise),
@@ -194,6 +196,19 @@ class Filtering:
         start = slice(0, WARM_UP_SAMPLES)
         run(prior, recording.orientation[start], times=recording.time[start])
         return lambda whole: run(prior, whole.orientation, times=whole.time)
+
+
+def _measured_noise(recording: OrientationRecording, options: FilterOptions) -> float:
+    """Return the deviation of a measurement, rad: what the user says, or else the recording's own covariances."""
+    covariance = recording.covariance
+    if covariance is None or options.measurement_noise != USUAL_NOISE:
+        return options.measurement_noise
+    variances = np.trace(covariance, axis1=1, axis2=2) / 3
+    deviation = float(np.sqrt(np.median(variances[np.isfinite(variances)])))
+    if deviation > WIDEST_NOISE:
+        return options.measurement_noise
+    note(f"{recording.name}: measurement noise {deviation:.3g} rad, the median of its covariances")
+    return deviation
 
 
 def pieces_of(recording: Any, options: FilterOptions) -> Iterator[Any]:
