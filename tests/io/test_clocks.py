@@ -223,3 +223,23 @@ def test_rows_of_alternating_sensors(read):
     lines[2] = lines[2].replace("9.0", "")
     with pytest.raises(RecordingError, match="line 3, columns ax ay az: expected finite numbers, or none"):
         read("\n".join(lines) + "\n")
+
+
+@pytest.mark.parametrize(
+    "words", [("gyr", "acc"), ("GYROSCOPE", "ACCELEROMETER"), ("/imu/angular_velocity", "/imu/accel")]
+)
+def test_rows_that_name_their_sensor(read, words):
+    lines = ["time,sensor,x,y,z"]
+    for t, g in zip(T, GYR.tolist(), strict=True):
+        lines += [
+            f"{t:.4f},{words[0]},{g[0]!r},{g[1]!r},{g[2]!r}",
+            f"{t:.4f},{words[1]},0.0,0.0,9.8",
+            f"{t:.4f},light,1,2,3",
+        ]
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        recording = read("\n".join(lines) + "\n")
+    np.testing.assert_array_equal(recording.gyroscope, GYR)
+    np.testing.assert_allclose(recording.accelerometer, np.tile([0, 0, 9.8], (N, 1)))
+    with pytest.raises(RecordingError, match="column sensor: no gyroscope among"):
+        read("\n".join(line.replace(words[0], "other") for line in lines) + "\n")

@@ -69,7 +69,11 @@ def existing(path: str | Path, *, folder: bool = False) -> Path:
         If it does not exist, is of the other kind or is empty.
     """
     path = Path(path)
-    if not path.exists():
+    try:
+        there = path.exists()
+    except (OSError, ValueError) as error:  # a name too long, a zero byte in it
+        raise RecordingError(path, "", f"no such file or folder ({error})"[:120], "check the path") from None
+    if not there:
         raise RecordingError(path, "", "no such file or folder", "check the path")
     if folder != path.is_dir():
         got, wanted = ("a file", "a folder") if folder else ("a folder", "a file")

@@ -207,7 +207,8 @@ def _meanings(own: list[tuple[int, str]], found: Found) -> list[tuple[int, str, 
     inertial = "gyroscope" in there
     if not inertial and not there & {"orientation", "axis"}:
         inertial = any(QUANTITY[name] in SENSORS for _, name, _ in synonyms)
-    return meanings + [s for s in synonyms if inertial or QUANTITY[s[1]] == "orientation"]
+    # Quaternions by other names beside a gyroscope are what a device made of it, no reference.
+    return meanings + [s for s in synonyms if inertial != (QUANTITY[s[1]] == "orientation")]
 
 
 def joined(text: str) -> str:

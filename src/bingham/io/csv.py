@@ -18,7 +18,7 @@ from bingham.io.columns import COLUMNS, SENSORS, check_complete, group
 from bingham.io.counts import reject_counts, sensor_of_numbers
 from bingham.io.dates import is_date, seconds_of_dates
 from bingham.io.layout import Layout, find_layout
-from bingham.io.meaning import Meaning, check_rate, meaning_of, named
+from bingham.io.meaning import Meaning, check_rate, meaning_of, named, sensor_of_name
 from bingham.io.registry import Format
 from bingham.io.table import Table, read_table
 from bingham.io.text import TextFile, opened_text
@@ -167,6 +167,8 @@ def _read(
     if rate is not None and counter is None:
         timing = []
     words = [k for k in timing if dated and k == clock]
+    if meaning.label is not None:
+        words.append(meaning.label)
     table = read_table(text, layout, [*numbers, *(k for k in timing if k not in words)], words=words)
 
     def place(field: str, index: int) -> str:
@@ -182,15 +184,40 @@ def _read(
         if field != "time"
     }
     if meaning.bare:
-        kind = sensor_of_numbers(text.path, table.matrix(meaning.bare, [1.0] * 3), layout, meaning.bare)
-        values[kind] = table.matrix(meaning.bare, [1.0] * 3)
-        groups[kind] = ["x", "y", "z"]
-        found.column.update(zip(groups[kind], meaning.bare, strict=True))
+        for kind, samples in _of_bare(text.path, table, meaning).items():
+            values[kind] = samples * meaning.asked.get(kind, 1.0)
+            groups[kind] = ["x", "y", "z"]
+        found.column.update(zip(("x", "y", "z"), meaning.bare, strict=True))
     reject_counts(text.path, values, found)
     if written is not None:
         values["orientation"] = decoded(table, written)
     time = _times(text, table, meaning, rate, place, "gyroscope" in values, counter, dated)
     return _samples(text.path, place, time, values, meaning)
+
+
+def _of_bare(path: Path, table: Table, meaning: Meaning) -> dict[str, FloatArray]:
+    """Return the sensors that columns x, y, z are of: by a word in each row, NaN in those of others, or by numbers."""
+    rows = table.matrix(meaning.bare, [1.0] * 3)
+    if meaning.label is None:
+        named_units = [sensor for sensor in SENSORS if sensor in meaning.asked]
+        if len(named_units) == 1:
+            return {named_units[0]: rows}
+        return {sensor_of_numbers(path, rows, table.layout, meaning.bare): rows}
+    words = np.array(table.columns[meaning.label])
+    found: dict[str, FloatArray] = {}
+    for word in np.unique(words)[:100].tolist():
+        sensor = sensor_of_name(Path(f"{word}.csv")) if word else None
+        if sensor is not None and sensor in found:
+            where = f"column {table.layout.names[meaning.label]}"
+            raise RecordingError(path, where, f"several words for the {sensor}", "leave one sensor's rows out")
+        if sensor is not None:
+            found[sensor] = np.where((words == word)[:, None], rows, np.nan)
+    if "gyroscope" not in found:
+        there = ", ".join(np.unique(words)[:8].tolist())
+        raise RecordingError(
+            path, f"column {table.layout.names[meaning.label]}", f"no gyroscope among {there}", "name it so"
+        )
+    return found
 
 
 def _samples(path: Path, place: Place, time: FloatArray, values: dict[str, FloatArray], meaning: Meaning) -> Samples:

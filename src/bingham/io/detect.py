@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from bingham.errors import InvalidArgumentError, RecordingError, RepairWarning
+from bingham.errors import BinghamError, InvalidArgumentError, RecordingError, RepairWarning
 from bingham.io.bounds import bounded
 from bingham.io.checks import existing
 from bingham.io.formats import FORMATS, supported
@@ -68,6 +68,11 @@ def read_recording(
         except RepairWarning as warning:
             said = str(warning).removeprefix(f"{first}: ")
             raise RecordingError(first, "", said, "leave strict=True out to have it put right") from None
+        except OSError as error:
+            if isinstance(error, BinghamError):
+                raise
+            hint = "check permissions, and that the disk is there"
+            raise RecordingError(error.filename or first, "", f"cannot be read: {error.strerror}", hint) from None
 
 
 def _reader(path: Path, format: str | None, options: dict[str, Any]) -> Any:

@@ -22,6 +22,7 @@ WORDS = {
     "magnetometer": r"magnetometer\w*|magnetic_?field|mag",
 }
 NO_ACCELEROMETER = re.compile(r"linear|user|gravity_?less|free_?acc", re.IGNORECASE)
+LABELS = ("sensor", "sensor_type", "sensor_name", "type", "kind", "name", "source", "stream", "msg", "message")
 BARE = {"x": r"(?:axis_?)?x(?:_?axis)?", "y": r"(?:axis_?)?y(?:_?axis)?", "z": r"(?:axis_?)?z(?:_?axis)?"}
 
 
@@ -29,7 +30,8 @@ class Meaning(NamedTuple):
     """What was found out about a file before it is read.
 
     ``found``: its columns of known meaning. ``preset``: its logger, if known. ``rate``: what its preamble says, Hz.
-    ``counter``: a column that counts samples. ``bare``: columns x, y, z of a sensor that only their numbers can tell.
+    ``counter``: a column that counts samples. ``bare``: columns x, y, z of a sensor that their numbers must tell, or the words in
+    column ``label``, a row for each sensor. ``asked``: factors of the units that the caller names.
     """
 
     found: Found
@@ -37,6 +39,8 @@ class Meaning(NamedTuple):
     rate: float | None
     counter: int | None
     bare: list[int]
+    asked: dict[str, float]
+    label: int | None
 
 
 def named(path: Path, layout: Layout, columns: Mapping[str, str] | Sequence[str] | None) -> Layout:
@@ -85,7 +89,8 @@ def meaning_of(
         known = {**columns} if bare is None else {**_named_by_sensor(path, layout, bare, units), **columns}
         found = understand(path, place, layout.names, known, units, layout.units)
         sensors = {QUANTITY[name] for name in found.column} - {"time", "score"}
-        return Meaning(found, None, None, None, bare if bare and not sensors else [])
+        bare = bare if bare and not sensors else []
+        return Meaning(found, None, None, None, bare, checked_units(units), _label(layout.names) if bare else None)
     told = preset.preamble(layout.preamble) if preset.preamble else Told({}, None)
     asked = checked_units(units)
     found = Found({}, {}, set(asked))
@@ -131,8 +136,8 @@ def meaning_of(
             found.add(name, column, factor)
     counter = preset.find(layout.names, "counter")
     if counter and (told.rate or "time" not in {QUANTITY[n] for n in found.column}) and "t" not in columns:
-        return Meaning(found, preset, told.rate, counter[0], bare)
-    return Meaning(found, preset, told.rate, None, bare)
+        return Meaning(found, preset, told.rate, counter[0], bare, asked, None)
+    return Meaning(found, preset, told.rate, None, bare, asked, None)
 
 
 def sensor_of_name(path: Path) -> str | None:
@@ -176,9 +181,14 @@ def _bare(names: Sequence[str]) -> list[int] | None:
     return [k[0] for k in found] if all(len(k) == 1 for k in found) else None
 
 
+def _label(names: Sequence[str]) -> int | None:
+    """Return the column whose words say which sensor a row is of."""
+    return next((k for k, name in enumerate(names) if joined(name) in LABELS), None)
+
+
 def _named_by_sensor(path: Path, layout: Layout, bare: list[int], units: Mapping[str, str]) -> dict[str, str]:
-    kind = _sensor(path, _unit(layout, bare[0]), Told({}, None))
-    if kind is None:
+    kind = None if _label(layout.names) is not None else _sensor(path, _unit(layout, bare[0]), Told({}, None))
+    if kind is None and _label(layout.names) is None:
         named_units = [q for q in SENSORS if q in units]
         kind = named_units[0] if len(named_units) == 1 else None
     if kind is None:

@@ -21,7 +21,7 @@ TEXT = (".csv", ".txt", ".tsv")
 # Of a file's name: words that tell the sensor or its rate and so differ between files of one recording.
 OF_SENSOR = re.compile(
     rf"(?:^|_)(?:total_?|linear_?|user_?)?(?:{'|'.join(WORDS.values())}|orientation|gravity|quaternion)"
-    r"(?:_uncalibrated)?(?=_|$)|_[\d_]+hz\b"
+    r"(?:_uncalibrated)?(?=_|$)|_[\d_]+hz(?=_|$)"
 )
 
 
