@@ -129,27 +129,41 @@ def kalman_update(
     measurement is missing: the state stays, its evidence is 0.
     """
     m = innovation.shape[-1]
-    missing = np.any(np.isnan(innovation), axis=-1)
-    e = np.where(missing[..., None], 0.0, innovation)
-    PHt = covariance @ np.swapaxes(H, -1, -2)
-    S = H @ PHt + R
+    missing = np.asarray(np.isnan(innovation).any(axis=-1))
+    e = np.where(missing[..., None], 0.0, innovation) if missing.any() else innovation
+    HP = H @ covariance
+    S = HP @ np.swapaxes(H, -1, -2) + R
+    sides = (HP, e[..., None])
+    if S.ndim != e.ndim + 1 or S.shape[:-2] != e.shape[:-1]:
+        batch = np.broadcast_shapes(S.shape[:-2], e.shape[:-1])
+        S = np.broadcast_to(S, (*batch, m, m))
+        sides = tuple(np.broadcast_to(x, (*batch, *x.shape[-2:])) for x in sides)
     try:
-        gain = np.swapaxes(np.linalg.solve(S, np.swapaxes(PHt, -1, -2)), -1, -2)
+        solved = np.linalg.solve(S, np.concatenate(sides, axis=-1))
     except np.linalg.LinAlgError:
         raise InvalidArgumentError(
             "covariance", "H P Hᵀ + R regular", "a singular sum", "give the state or the measurement more noise"
         ) from None
-    gain = np.where(missing[..., None, None], 0.0, gain)
-    moved = mean + np.einsum("...ij,...j->...i", gain, e)
+    gain = np.swapaxes(solved[..., :-1], -1, -2)
+    moved = mean + (gain @ e[..., None])[..., 0]
     parts = moved.reshape(*moved.shape[:-1], -1, m)
-    scaled = (parts / np.linalg.norm(parts, axis=-1, keepdims=True)).reshape(moved.shape)
+    scaled = (parts / np.sqrt(np.sum(parts * parts, axis=-1, keepdims=True))).reshape(moved.shape)
     I_KH = np.eye(mean.shape[-1]) - gain @ H
-    # Joseph's form stays symmetric and positive semidefinite.
-    P = symmetric(I_KH @ covariance @ np.swapaxes(I_KH, -1, -2) + gain @ R @ np.swapaxes(gain, -1, -2))
-    nis = np.einsum("...i,...i->...", e, np.linalg.solve(S, e[..., None])[..., 0])
+    # Joseph's form stays positive semidefinite but for rounding errors of a large P, which may outweigh what is left.
+    P = semidefinite(I_KH @ covariance @ np.swapaxes(I_KH, -1, -2) + gain @ R @ np.swapaxes(gain, -1, -2))
+    nis = np.sum(e * solved[..., -1], axis=-1)
     log_evidence = -0.5 * (nis + np.linalg.slogdet(S)[1] + m * np.log(2.0 * np.pi))
-    info = KalmanInfo(np.where(missing, 0.0, log_evidence), np.where(missing, np.nan, nis))
-    return np.where(missing[..., None], moved, scaled), P, info
+    if missing.any():
+        P, scaled = np.where(missing[..., None, None], covariance, P), np.where(missing[..., None], mean, scaled)
+        log_evidence, nis = np.where(missing, 0.0, log_evidence), np.where(missing, np.nan, nis)
+    return scaled, P, KalmanInfo(np.asarray(log_evidence), np.asarray(nis))
+
+
+def semidefinite(P: FloatArray) -> FloatArray:
+    """Return the positive semidefinite matrix nearest to P (..., d, d): negative eigenvalues become 0."""
+    values, axes = np.linalg.eigh(symmetric(P))
+    root = axes * np.sqrt(np.maximum(values, 0.0))[..., None, :]
+    return root @ np.swapaxes(root, -1, -2)
 
 
 def symmetric(P: FloatArray) -> FloatArray:
