@@ -132,14 +132,14 @@ def kalman_update(
     missing = np.asarray(np.isnan(innovation).any(axis=-1))
     e = np.where(missing[..., None], 0.0, innovation) if missing.any() else innovation
     HP = H @ covariance
-    S = HP @ np.swapaxes(H, -1, -2) + R
+    total = HP @ np.swapaxes(H, -1, -2) + R
     sides = (HP, e[..., None])
-    if S.ndim != e.ndim + 1 or S.shape[:-2] != e.shape[:-1]:
-        batch = np.broadcast_shapes(S.shape[:-2], e.shape[:-1])
-        S = np.broadcast_to(S, (*batch, m, m))
+    if total.ndim != e.ndim + 1 or total.shape[:-2] != e.shape[:-1]:
+        batch = np.broadcast_shapes(total.shape[:-2], e.shape[:-1])
+        total = np.broadcast_to(total, (*batch, m, m))
         sides = tuple(np.broadcast_to(x, (*batch, *x.shape[-2:])) for x in sides)
     try:
-        solved = np.linalg.solve(S, np.concatenate(sides, axis=-1))
+        solved = np.linalg.solve(total, np.concatenate(sides, axis=-1))
     except np.linalg.LinAlgError:
         raise InvalidArgumentError(
             "covariance", "H P Hᵀ + R regular", "a singular sum", "give the state or the measurement more noise"
@@ -150,13 +150,14 @@ def kalman_update(
     scaled = (parts / np.sqrt(np.sum(parts * parts, axis=-1, keepdims=True))).reshape(moved.shape)
     I_KH = np.eye(mean.shape[-1]) - gain @ H
     # Joseph's form stays positive semidefinite but for rounding errors of a large P, which may outweigh what is left.
-    P = semidefinite(I_KH @ covariance @ np.swapaxes(I_KH, -1, -2) + gain @ R @ np.swapaxes(gain, -1, -2))
+    posterior = semidefinite(I_KH @ covariance @ np.swapaxes(I_KH, -1, -2) + gain @ R @ np.swapaxes(gain, -1, -2))
     nis = np.sum(e * solved[..., -1], axis=-1)
-    log_evidence = -0.5 * (nis + np.linalg.slogdet(S)[1] + m * np.log(2.0 * np.pi))
+    log_evidence = -0.5 * (nis + np.linalg.slogdet(total)[1] + m * np.log(2.0 * np.pi))
     if missing.any():
-        P, scaled = np.where(missing[..., None, None], covariance, P), np.where(missing[..., None], mean, scaled)
+        posterior = np.where(missing[..., None, None], covariance, posterior)
+        scaled = np.where(missing[..., None], mean, scaled)
         log_evidence, nis = np.where(missing, 0.0, log_evidence), np.where(missing, np.nan, nis)
-    return scaled, P, KalmanInfo(np.asarray(log_evidence), np.asarray(nis))
+    return scaled, posterior, KalmanInfo(np.asarray(log_evidence), np.asarray(nis))
 
 
 def semidefinite(P: FloatArray) -> FloatArray:
