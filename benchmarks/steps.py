@@ -6,7 +6,8 @@ from time import perf_counter
 
 import numba
 import numpy as np
-from bingham import Bingham, BinghamFilter
+from bingham import Bingham, BinghamFilter, Gyroscope, HeadingSensor, VectorSensor
+from bingham.filters.run import each_step
 
 from timing import Row, best_of, best_once
 
@@ -51,7 +52,28 @@ def measure() -> list[Row]:
             rows.append(Row(topic, "NumPy Kalman filter with checks", numpy_kalman(y[:200]), "step"))
             rows.append(Row(topic, "filterpy, ExtendedKalmanFilter", filterpy_kalman(y[:200]), "step"))
         rows.append(Row(topic, "PyRecEst 2.4.2, BinghamFilter", peer, "step"))
-    return rows + batches()
+    return rows + sensors() + batches()
+
+
+def sensors() -> list[Row]:
+    """Gyroscope, a known vector and a heading: the compiled list of sensors, and row by row."""
+    count, rng = 20_000, np.random.default_rng(0)
+    f = BinghamFilter(Gyroscope(0.01), [VectorSensor([0.0, 0.0, 1.0], 1e3), HeadingSensor(100.0)])
+    y = np.tile([0.0, 0.0, 1.0, 0.0, 0.4, -0.9], (count, 1)) + 0.03 * rng.standard_normal((count, 6))
+    rates, times = 0.1 * rng.standard_normal((count, 3)), np.arange(count) / 100
+
+    def run() -> object:
+        return f.run(Bingham.uniform(4), y, controls=rates, times=times)
+
+    def rows(k: int = 300) -> None:
+        for _ in each_step(f, Bingham.uniform(4), y[:k], controls=rates[:k], times=times[:k]):
+            pass
+
+    topic = "gyroscope, vector and heading"
+    return [
+        Row(topic, "bingham, inside `run`", best_of(run, per=count), "row", True, 3e-6),
+        Row(topic, "bingham, `predict` and `update` from Python", best_of(rows, per=300), "row"),
+    ]
 
 
 def objects(f: BinghamFilter, prior: Bingham, y: np.ndarray) -> float:

@@ -84,7 +84,9 @@ def uniformity_test(
     if method == "bingham":
         pvalue = chi2_pvalue(_jupp(statistic, n, d), (d - 1) * (d + 2) / 2)
     elif method == "gine":
-        pvalue = weighted_chi2_pvalue(statistic, *sine_kernel_weights(d))
+        # Two orthogonal rows give the factor of its sines: G = 1 − c/2.
+        factor = 2.0 * (1.0 - float(gine_statistic(np.eye(d)[:2])))
+        pvalue = weighted_chi2_pvalue(statistic, *sine_kernel_weights(d, factor))
     else:
         # P(R ≥ r) ≈ exp(√(1 + 4n + 4(n² − r²)) − (1 + 2n)), r² = n · statistic.
         square = n * np.asarray(statistic)

@@ -19,20 +19,16 @@ DEGREES = 40
 
 
 @cache
-def sine_kernel_weights(d: int) -> tuple[tuple[float, ...], tuple[int, ...], float]:
+def sine_kernel_weights(d: int, c: float) -> tuple[tuple[float, ...], tuple[int, ...], float]:
     """Return weights λₖ, multiplicities mₖ and the mean of the rest of the limit Σ λₖ χ²(mₖ) of Giné's G.
 
     G = n⁻¹ Σᵢⱼ h(θᵢⱼ) with h = ¼ c (E sin − sin θ), c as in `gine_statistic`; only even harmonics of degree 2, 4, …
     have weight, and λₖ is the kernel's eigenvalue there, an average over the sphere by the Funk–Hecke theorem.
     """
-    from bingham.inference.uniformity import gine_statistic
-
     nodes, gauss = np.polynomial.legendre.leggauss(400)
     angle = 0.5 * np.pi * (nodes + 1.0)
     mass = gauss * np.sin(angle) ** (d - 2)
     mass /= mass.sum()
-    # Two orthogonal rows give c: G = 1 − c/2.
-    c = 2.0 * (1.0 - float(gine_statistic(np.eye(d)[:2])))
     weights, counts = [], []
     for degree in range(2, 2 * DEGREES + 1, 2):
         if d == 2:
