@@ -3,32 +3,28 @@
 from __future__ import annotations
 
 import math
+import warnings
 from dataclasses import dataclass, fields
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from bingham.distributions.bingham import Bingham
-from bingham.errors import InvalidArgumentError
-from bingham.filters.imu_state import ImuState
+from bingham.errors import InvalidArgumentError, RecordingWarning
+from bingham.filters.imu_state import TOLD, ImuState
 from bingham.filters.imu_track import ImuTrack
 from bingham.filters.tangent import covariance_of_distribution
-from bingham.kernels import imu_state as at
-from bingham.kernels.imu import run as run_kernel
-from bingham.kernels.imu_smooth import smooth as smooth_kernel
+from bingham.kernels.imu_loop import MAXIMAL_FORCE, TRACK, UPDATE
+from bingham.kernels.imu_loop import run as run_kernel
+from bingham.kernels.imu_loop import smooth as smooth_kernel
+from bingham.kernels.imu_model import FIRST_SWING, FIRST_TILT, SWING_PERIOD, WORK
 from bingham.models.sensors import davenport_matrix
-from bingham.recording import ImuRecording, RowError
+from bingham.recording import ImuRecording
 
 __all__ = ["ImuFilter"]
 
 FloatArray = NDArray[np.float64]
 
-# The first accelerometer sample shows up within this, rad, one standard deviation per axis, if its size is g.
-FIRST_TILT = 0.1
-# Before its motion is known a body may swing by 0.16 m/s, and at 0.8 Hz, the slow end of human motion, as fast as its
-# first acceleration says.
-FIRST_SWING = 0.16
-SWING_PERIOD = 0.2  # s/rad
 FREE_FALL = "zeros are free fall, which shows no up: leave it out, as NaN in a recording, if it is no sample"
 
 
@@ -36,13 +32,13 @@ FREE_FALL = "zeros are free fall, which shows no up: leave it out, as NaN in a r
 class ImuFilter:
     """Bingham orientation with Gaussian gyroscope bias, their correlation kept.
 
-    Orientation error θ (world axes), velocity, gyroscope bias b and accelerometer bias form one error state; θ's
-    distribution is read out as a Bingham distribution at any spread (`filters.tangent`). Gravity is found by
-    integrating the accelerometer and holding that a body's velocity stays bounded: as seen over seconds what remains
-    is gravity. A magnetometer corrects the heading only. At rest the gyroscope shows its bias. World axes are east,
-    north, up; a resting accelerometer reads +g upwards. One set of defaults serves all sensors tried; nothing has to
-    be tuned first. What is reported as uncertainty follows the corrections that the filter has to make
-    (`kernels.imu_reported`), in calm and violent motion.
+    Errors of orientation, velocity, gyroscope bias and accelerometer bias form one error state (`kernels.imu_model`);
+    the orientation's distribution is read out as a Bingham distribution at any spread (`filters.tangent`). Gravity is
+    found by integrating the accelerometer and holding that a body's velocity stays bounded: as seen over seconds what
+    remains is gravity. A magnetometer corrects the heading only. At rest the gyroscope shows its bias. World axes are
+    east, north, up; a resting accelerometer reads +g upwards. One set of defaults serves all sensors tried. Samples
+    that no sensor measures are rejected, clipped and frozen rates widen the distribution, and where corrections
+    contradict what the filter expects, it widens too.
 
     Parameters
     ----------
@@ -94,6 +90,8 @@ class ImuFilter:
     alignment_error : float
         Error of the sensor's axes against the body's under 1 g, rad; it grows with the force. It changes what is
         reported, not the estimate. 0 for simulated sensors.
+    gyroscope_range : float
+        Largest rate that the gyroscope measures, rad/s; 0: found where its samples have flat tops.
 
     Examples
     --------
@@ -117,7 +115,7 @@ class ImuFilter:
     gyroscope_bias_walk: float = math.radians(0.002)
     accelerometer_noise: float = 0.03
     accelerometer_scale_error: float = 0.02
-    accelerometer_bias: float = 0.025
+    accelerometer_bias: float = 0.02
     slow_velocity: float = 0.12
     motion_window: float = 5.0
     rest_rate: float = math.radians(2.0)
@@ -134,6 +132,7 @@ class ImuFilter:
     update_interval: float = 0.02
     gyroscope_delay: float = 0.002
     alignment_error: float = math.radians(0.12)
+    gyroscope_range: float = 0.0
 
     def __post_init__(self) -> None:
         for field in fields(self):
@@ -152,9 +151,13 @@ class ImuFilter:
                 raise InvalidArgumentError(field.name, "a positive number", value)
 
     @property
-    def parameters(self) -> FloatArray:
-        """All parameters (24,) in the order of the fields, as the kernel takes them."""
-        return np.array([float(getattr(self, field.name)) for field in fields(self)])
+    def parameters(self) -> np.void:
+        """All parameters as the record that the kernel takes, a field each."""
+        names = [field.name for field in fields(self)]
+        record = np.zeros(1, dtype=[(name, np.float64) for name in names])
+        for name in names:
+            record[name] = getattr(self, name)
+        return record[0]
 
     def start(self, accelerometer: ArrayLike, prior: Bingham | None = None) -> ImuState:
         """Return the state after the first accelerometer sample: the prior times the sample's likelihood.
@@ -186,19 +189,24 @@ class ImuFilter:
             Bingham.from_matrix(distribution.matrix + davenport_matrix([0.0, 0.0, 1.0], force / norm) / tilt2)
         )
         state = self.blank()
-        state.values[at.Q : at.Q + 4] = seen.mode
-        state.values[at.ALIGNED] = -1.0
-        state.values[at.SWING_POWER] = swing2
-        p = state.covariance
+        record = state.record
+        record["phase"], record["orientation"], record["swing_power"] = -1, seen.mode, swing2
+        p = record["covariance"]
         p[:3, :3] = covariance_of_distribution(seen)
         p[range(3, 6), range(3, 6)] = swing2
-        p[range(6, 9), range(6, 9)] = self.gyroscope_bias**2
-        p[range(9, 12), range(9, 12)] = self.accelerometer_bias**2
         return state
 
     def blank(self) -> ImuState:
         """Return the state before any sample."""
-        return ImuState(np.zeros(at.STATE_SIZE), np.zeros((at.ERROR_SIZE, at.ERROR_SIZE)), np.full(3, np.nan))
+        state = ImuState.zeros()
+        record = state.record
+        record["last_time"] = np.nan
+        record["noise"] = record["level"] = 1.0
+        record["range"] = 0.99 * self.gyroscope_range
+        p = record["covariance"]
+        p[range(6, 9), range(6, 9)] = self.gyroscope_bias**2
+        p[range(9, 12), range(9, 12)] = self.accelerometer_bias**2
+        return state
 
     def run(self, recording: ImuRecording, *, prior: Bingham | None = None, state: ImuState | None = None) -> ImuTrack:
         """Filter a recording in one compiled loop.
@@ -238,67 +246,60 @@ class ImuFilter:
         if not isinstance(recording, ImuRecording):  # pyright: ignore[reportUnnecessaryIsInstance]
             raise InvalidArgumentError("recording", "an ImuRecording", type(recording).__name__)
         check_start(prior, state)
-        n = recording.size
-        force = recording.accelerometer
+        force, field = recording.accelerometer, recording.magnetometer
         if state is not None:
             if prior is not None:
                 raise InvalidArgumentError("prior", "None when a state is given", "both")
-            if recording.time[0] <= state.last[0]:
+            last = state.record["last_time"][0]
+            if recording.time[0] <= last:
                 raise InvalidArgumentError(
-                    "recording", f"times after the state's last sample at {state.last[0]} s", recording.time[0]
+                    "recording", f"times after the state's last sample at {last} s", recording.time[0]
                 )
             state = state.copy()
         else:
             state = self.blank()
-        if state.values[at.ALIGNED] == 0.0:
+        if state.record["phase"] == 0:
             state.begin(self.start(_first(force), prior))
+        before = state.faults
+        n = recording.size
+        updates = min(n, 1 + math.ceil(recording.duration_s / self.update_interval)) if smooth else 0
+        kept, out = np.zeros(updates, dtype=UPDATE), np.zeros(n, dtype=TRACK)
+        for name in ("mode", "covariance", "statistic"):
+            out[name] = np.nan
         none = np.empty((0, 3))
-        updates = 1 + math.ceil(recording.duration_s / self.update_interval) if smooth else 0
-        updates = min(updates, n)
-        store = (
-            np.zeros(updates, dtype=np.int64),
-            np.zeros((updates, 12, 12)),
-            np.zeros((updates, 26)),
-            np.zeros((updates, 12)),
-            np.zeros((updates, 2)),
-        )
-        readout = np.zeros((n if smooth else 0, 3, 3))
-        out = (
-            np.full((n, 4), np.nan),
-            np.full((n, 3, 3), np.nan),
-            np.full((n, 3), np.nan),
-            np.full((n, 3), np.nan),
-            np.zeros(n, dtype=np.bool_),
-            np.zeros(n),
-            np.zeros(n, dtype=np.int8),
-            np.full(n, np.nan),
-        )
         count = run_kernel(
-            state.values,
-            state.covariance,
+            state.record,
             self.parameters,
+            np.zeros(1, dtype=WORK)[0],
             np.array(recording.time),
-            state.last,
             np.array(recording.gyroscope),
             none if force is None else np.array(force),
-            none if recording.magnetometer is None else np.array(recording.magnetometer),
-            *out,
-            *store,
-            readout,
+            none if field is None else np.array(field),
+            out,
+            kept,
         )
-        modes, covariances, bias, bias_std, rest, evidence, code, statistic = out
         if smooth and count:
-            indices, filtered, transitions, corrections, factors = (part[:count] for part in store)
-            fixed = (indices, np.array(recording.time), filtered, transitions, corrections, factors, readout)
-            smooth_kernel(*fixed, modes, covariances, bias, bias_std)
+            smooth_kernel(kept[:count], out)
+        warn_of_faults(recording.name, {name: n - before[name] for name, n in state.faults.items()})
         return ImuTrack(
-            recording.time, modes, covariances, bias, bias_std, rest, evidence, code, statistic, state, smooth, prior
+            time=recording.time,
+            modes=out["mode"].copy(),
+            rotation_covariance=out["covariance"].copy(),
+            bias=out["bias"].copy(),
+            bias_std=out["bias_std"].copy(),
+            rest=out["rest"] > 0,
+            log_evidence=out["evidence"].copy(),
+            magnetometer_code=out["code"].astype(np.int8),
+            magnetometer_statistic=out["statistic"].copy(),
+            final=state,
+            smoothed=smooth,
+            prior=prior,
         )
 
 
 MAY_BE_ZERO = {
     "gyroscope_noise", "gyroscope_scale_error", "gyroscope_bias_walk", "accelerometer_noise",
-    "accelerometer_scale_error", "gyroscope_delay", "alignment_error",
+    "accelerometer_scale_error", "gyroscope_delay", "alignment_error", "gyroscope_range",
 }  # fmt: skip
 
 
@@ -312,16 +313,22 @@ def check_start(prior: object, state: object) -> None:
         raise InvalidArgumentError("state", "an ImuState", type(state).__name__, hint)
 
 
+def warn_of_faults(name: str, faults: dict[str, int]) -> None:
+    """Say once how many samples were no samples or came from a sensor beyond its range."""
+    told = [f"{count} {what}" for what, count in faults.items() if count and what in TOLD]
+    if told:
+        warnings.warn(f"{name}: {'; '.join(told)}", RecordingWarning, stacklevel=4)
+
+
 def _first(force: FloatArray | None) -> FloatArray:
-    """Return the first accelerometer sample (3,)."""
-    known = np.zeros(0, dtype=np.int64) if force is None else np.flatnonzero(np.isfinite(force[:, 0]))
-    if force is None or not len(known):
-        raise InvalidArgumentError(
-            "recording", "at least one accelerometer sample", "none", "gravity shows where up is"
-        )
-    if not force[known[0]].any():
-        raise RowError("accelerometer", int(known[0]), "a non-zero first sample", "[0, 0, 0]", FREE_FALL)
-    return force[known[0]]
+    """Return the first accelerometer sample (3,) that is one."""
+    known = np.zeros((0, 3)) if force is None else force[np.isfinite(force[:, 0])]
+    size2 = np.sum(known**2, axis=1)
+    known = known[(size2 > 0.0) & (size2 <= MAXIMAL_FORCE**2)]
+    if not len(known):
+        got = "none" if force is None else "none but zeros"
+        raise InvalidArgumentError("recording", "at least one accelerometer sample", got, "gravity shows where up is")
+    return known[0]
 
 
 def _least_turn(distribution: Bingham) -> Bingham:

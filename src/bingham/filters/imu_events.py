@@ -12,14 +12,13 @@ from numpy.typing import NDArray
 from bingham.distributions.bingham import Bingham
 from bingham.distributions.uncertainty import frame_required
 from bingham.errors import InvalidArgumentError
-from bingham.filters.imu import FREE_FALL, ImuFilter, check_start
+from bingham.filters.imu import ImuFilter, check_start
 from bingham.filters.imu_state import ImuState
 from bingham.filters.imu_track import MAGNETOMETER_CODES, UNIFORM_INCLINATION, UNIFORM_VARIANCE, bounded
 from bingham.filters.tangent import distribution_of_covariance
-from bingham.kernels import imu_state as at
-from bingham.kernels.imu_reported import reported
-from bingham.kernels.imu_samples import accelerate, due, magnetize, output, rotate
-from bingham.kernels.imu_update import update
+from bingham.kernels.imu_loop import MAXIMAL_FORCE, accelerate, due, magnetize, readout, rotate
+from bingham.kernels.imu_model import WORK, update
+from bingham.rotations import rotate as rotate_vectors
 
 __all__ = ["ImuStream"]
 
@@ -64,11 +63,9 @@ class ImuStream:
         self._parameters = self._filter.parameters
         self._prior = prior
         self._state = self._filter.blank() if state is None else state.copy()
-        self._rotation = np.empty((3, 3))
-        self._error = np.zeros(at.ERROR_SIZE)
-        self._work = np.zeros((3, at.ERROR_SIZE, at.ERROR_SIZE))
-        self._out = np.zeros(at.OUTPUT_SIZE)
-        self._nothing = np.empty(0)
+        self._record = self._state.record
+        self._work = np.zeros(1, dtype=WORK)[0]
+        self._times = self._record["last_time"].tolist()  # also of samples that are rejected
         self._log_evidence = 0.0
 
     def gyroscope(self, time: float, rate: Sequence[float] | FloatArray) -> None:
@@ -80,29 +77,28 @@ class ImuStream:
             If the sample is not finite or not later than the one before; the estimate is as before.
         """
         x, y, z = _finite("rate", rate)
-        dt = self._step(GYROSCOPE, time)
-        s = self._state
-        if due(s.values, self._parameters):
-            update(s.values, s.covariance, self._parameters, self._error, self._work, self._out, self._nothing)
-            self._log_evidence += float(self._out[at.O_EVIDENCE])
-        rotate(s.values, s.covariance, self._parameters, dt, x, y, z, self._rotation)
+        self._step(GYROSCOPE, time)
+        s, par = self._record, self._parameters
+        if due(s, par):
+            update(s, par, self._work)
+            self._log_evidence += float(s["evidence"])
+        rotate(s, par, self._work, time, x, y, z)
 
     def accelerometer(self, time: float, force: Sequence[float] | FloatArray) -> None:
         """Take the specific force (3,), m/s², in body axes at `time`, s; see `gyroscope` for errors."""
         x, y, z = _finite("force", force)
-        first = self._state.values[at.ALIGNED] == 0.0
-        if first and x == y == z == 0.0:
-            raise InvalidArgumentError("force", "a non-zero first sample", force, FREE_FALL)
-        dt = self._step(ACCELEROMETER, time)
-        if first:
+        self._step(ACCELEROMETER, time)
+        s = self._record
+        if s["phase"] == 0 and 0.0 < math.hypot(x, y, z) <= MAXIMAL_FORCE:
             self._state.begin(self._filter.start([x, y, z], self._prior))
-        accelerate(self._state.values, self._parameters, dt, x, y, z)
+        accelerate(s, self._parameters, self._work, time, x, y, z)
+        s["restarted"] = 0
 
     def magnetometer(self, time: float, field: Sequence[float] | FloatArray) -> None:
         """Take the magnetic field (3,), any one unit, in body axes at `time`, s; see `gyroscope` for errors."""
         x, y, z = _finite("field", field)
         self._step(MAGNETOMETER, time)
-        magnetize(self._state.values, x, y, z)
+        magnetize(self._record, time, x, y, z)
 
     @property
     def started(self) -> bool:
@@ -112,59 +108,52 @@ class ImuStream:
     @property
     def orientation(self) -> FloatArray:
         """Most probable orientation (w, x, y, z) now, body to world; NaN before the first accelerometer sample."""
-        q = np.full(4, np.nan)
-        if self.started:
-            output(self._state.values, self._parameters, q)
-        return q
+        return self._reported()[0]
 
     @property
     def distribution(self) -> Bingham:
         """Bingham distribution of the orientation now; the prior before the first accelerometer sample."""
         if not self.started:
             return Bingham.uniform(4) if self._prior is None else self._prior
-        return distribution_of_covariance(self.orientation, self._reported())
+        return distribution_of_covariance(*self._reported())
 
     @frame_required
     def covariance(self, *, frame: Literal["body", "world"]) -> FloatArray:
         """Return the covariance (3, 3) of the rotation error, rad²; an unknown angle has the variance π²/3."""
         if frame not in ("body", "world"):
             raise InvalidArgumentError("frame", "'body' or 'world'", repr(frame), "name the axes of the small rotation")
-        c = bounded(self._reported())
+        q, c = self._reported()
+        c = bounded(c)
         if frame == "world":
             return c
-        rotation = np.empty((3, 3))
-        at.rotation_matrix(rotation, self.orientation)
-        return rotation.T @ c @ rotation
+        to_world = np.stack([rotate_vectors(q, axis) for axis in np.eye(3)], axis=-1)
+        return to_world.T @ c @ to_world
 
     @property
     def bias(self) -> FloatArray:
         """Gyroscope bias (3,), rad/s."""
-        return self._state.values[at.BIAS : at.BIAS + 3].copy()
+        return self._record["bias"].copy()
 
     @property
     def bias_std(self) -> FloatArray:
         """Standard deviations (3,) of the bias, rad/s."""
-        if not self.started:
-            return np.full(3, self._filter.gyroscope_bias)
-        return np.sqrt(np.diagonal(self._state.covariance)[6:9])
+        return np.sqrt(np.diagonal(self._record["covariance"])[6:9])
 
     @property
     def heading_std(self) -> float:
         """Standard deviation of the heading, rad; π/√3 at most, which is an unknown heading."""
-        return math.sqrt(min(self._reported()[2, 2], UNIFORM_VARIANCE)) if self.started else math.nan
+        return float(np.sqrt(np.minimum(self._reported()[1][2, 2], UNIFORM_VARIANCE)))
 
     @property
     def inclination_std(self) -> float:
         """Root mean square of the inclination error, rad."""
-        if not self.started:
-            return math.nan
-        c = self._reported()
-        return math.sqrt(min(c[0, 0] + c[1, 1], UNIFORM_INCLINATION))
+        c = self._reported()[1]
+        return float(np.sqrt(np.minimum(c[0, 0] + c[1, 1], UNIFORM_INCLINATION)))
 
     @property
     def at_rest(self) -> bool:
         """Whether the body is found at rest."""
-        return bool(self._state.values[at.REST] > 0.0)
+        return bool(self._record["resting"] > 0)
 
     @property
     def log_evidence(self) -> float:
@@ -174,21 +163,23 @@ class ImuStream:
     @property
     def magnetometer_decision(self) -> tuple[int, float, str]:
         """Code, statistic and reason of the magnetometer's share in the last update; see `ImuTrack`."""
-        code = int(self._out[at.O_CODE])
-        return code, float(self._out[at.O_STATISTIC]) if code else math.nan, MAGNETOMETER_CODES[code]
+        code = int(self._record["code"])
+        return code, float(self._record["statistic"]) if code else math.nan, MAGNETOMETER_CODES[code]
 
     @property
     def state(self) -> ImuState:
         """A copy of everything the filter knows; a stream made from it goes on identically."""
         return self._state.copy()
 
-    def _reported(self) -> FloatArray:
-        c = np.empty((3, 3))
-        reported(self._state.values, self._state.covariance, self._parameters, self.orientation, c)
-        return c
+    def _reported(self) -> tuple[FloatArray, FloatArray]:
+        """Return orientation (4,) and covariance (3, 3), world axes, as they are now."""
+        q, c = np.full(4, np.nan), np.full((3, 3), np.nan)
+        if self.started:
+            readout(self._record, self._parameters, q, c, np.empty((3, 3)))
+        return q, c
 
-    def _step(self, sensor: int, time: float) -> float:
-        last = self._state.last[sensor]
+    def _step(self, sensor: int, time: float) -> None:
+        last = self._times[sensor]
         if not (math.isfinite(time) and not time <= last):
             raise InvalidArgumentError(
                 "time",
@@ -196,8 +187,7 @@ class ImuStream:
                 time,
                 "drop samples that come late or twice",
             )
-        self._state.last[sensor] = time
-        return 0.0 if math.isnan(last) else time - last
+        self._times[sensor] = time
 
 
 def _finite(name: str, vector: Sequence[float] | FloatArray) -> tuple[float, float, float]:

@@ -3,17 +3,32 @@
 from __future__ import annotations
 
 import json
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from bingham.errors import InvalidArgumentError
-from bingham.kernels import imu_state as at
+from bingham.kernels.imu_model import STATE
 
-__all__ = ["ImuState"]
+__all__ = ["FAULTS", "TOLD", "ImuState"]
 
 FloatArray = NDArray[np.float64]
+
+FAULTS = (
+    "gyroscope samples rejected",
+    "accelerometer samples rejected",
+    "magnetometer samples rejected",
+    "rows of zeros taken for no samples",
+    "clipped gyroscope samples",
+    "frozen gyroscope samples",
+    "gaps",
+    "restarts after a lost attitude",
+    "contradictions between gyroscope and accelerometer",
+)
+# What is wrong with samples; the rest is what the filter made of it.
+TOLD = FAULTS[:6]
 
 
 @dataclass(frozen=True, eq=False)
@@ -22,36 +37,44 @@ class ImuState:
 
     Attributes
     ----------
-    values : (94,) ndarray
-        State vector, see `kernels.imu_state`.
-    covariance : (12, 12) ndarray
-        Covariance of the errors of orientation, velocity, gyroscope bias and accelerometer bias.
-    last : (3,) ndarray
-        Times of the last gyroscope, accelerometer and magnetometer samples, s; NaN before the first.
+    values : (1,) ndarray
+        Structured array with one record, see `kernels.imu_model.STATE` for its fields.
     """
 
-    values: FloatArray
-    covariance: FloatArray
-    last: FloatArray
+    values: NDArray[Any]
+
+    @classmethod
+    def zeros(cls) -> ImuState:
+        """Return a state whose fields are all zero."""
+        return cls(np.zeros(1, dtype=STATE))
+
+    @property
+    def record(self) -> Any:
+        """The fields by name, ``state.record["bias"]``; writing to it changes the state."""
+        return self.values[0]
 
     @property
     def started(self) -> bool:
         """Whether the first accelerometer sample has come."""
-        return bool(self.values[at.ALIGNED] > 0.0)
+        return bool(self.record["phase"] > 0)
+
+    @property
+    def faults(self) -> dict[str, int]:
+        """How often each kind of fault was met so far."""
+        return dict(zip(FAULTS, self.record["faults"].tolist(), strict=True))
 
     def copy(self) -> ImuState:
         """Return an independent copy."""
-        return ImuState(self.values.copy(), self.covariance.copy(), self.last.copy())
+        return ImuState(self.values.copy())
 
     def begin(self, seen: ImuState) -> None:
         """Take over what the first accelerometer sample shows (`ImuFilter.start`), in place."""
-        for slot in (*range(at.Q, at.Q + 4), at.ALIGNED, at.SWING_POWER):
-            self.values[slot] = seen.values[slot]
-        self.covariance[:] = seen.covariance
+        for name in ("orientation", "phase", "swing_power", "covariance"):
+            self.values[name] = seen.values[name]
 
     def to_json(self) -> str:
-        """Return the state as text; `from_json` restores it bit for bit."""
-        return json.dumps({f.name: getattr(self, f.name).tolist() for f in fields(self)})
+        """Return the state as JSON, a field each, null for NaN; `from_json` restores it bit for bit."""
+        return json.dumps({name: _plain(self.record[name].tolist()) for name in STATE.names or ()}, allow_nan=False)
 
     @classmethod
     def from_json(cls, text: str) -> ImuState:
@@ -60,21 +83,38 @@ class ImuState:
         Raises
         ------
         InvalidArgumentError
-            If the text is no such state.
+            If the text is no such state: a field is missing, of another shape, or holds what the filter never writes.
         """
-        shapes = {"values": (at.STATE_SIZE,), "covariance": (at.ERROR_SIZE, at.ERROR_SIZE), "last": (3,)}
         try:
             content = json.loads(text)
         except (ValueError, TypeError) as error:
             raise InvalidArgumentError("text", "a state written by to_json", f"{error}") from None
-        missing = [name for name in shapes if not isinstance(content, dict) or name not in content]
+        missing = [name for name in STATE.names or () if not isinstance(content, dict) or name not in content]
         if missing:
-            raise InvalidArgumentError("text", "a state written by to_json", f"JSON without {', '.join(missing)}")
-        try:
-            arrays = {name: np.array(content[name], dtype=np.float64) for name in shapes}
-        except (ValueError, TypeError) as error:
-            raise InvalidArgumentError("text", "a state written by to_json", f"{error}") from None
-        for name, shape in shapes.items():
-            if arrays[name].shape != shape:
-                raise InvalidArgumentError(name, f"shape {shape}", arrays[name].shape, "use the version that wrote it")
-        return cls(**arrays)
+            got = f"JSON without {', '.join(missing[:3])}" + ", …" * (len(missing) > 3)
+            raise InvalidArgumentError("text", "a state written by to_json", got)
+        state = cls.zeros()
+        for name in STATE.names or ():
+            kind, shape = STATE[name].base, STATE[name].shape
+            try:
+                value = np.array(content[name], dtype=np.float64).astype(kind)
+            except (ValueError, TypeError, OverflowError) as error:
+                raise InvalidArgumentError(name, "numbers written by to_json", f"{error}") from None
+            if value.shape != shape:
+                raise InvalidArgumentError(name, f"shape {shape}", value.shape, "use the version that wrote it")
+            if not np.isfinite(value).all() and name not in ("last_time", "statistic"):
+                raise InvalidArgumentError(name, "finite numbers", "NaN or infinity", "the state is damaged")
+            state.values[name] = value
+        q, p = state.record["orientation"], state.record["covariance"]
+        if state.record["phase"] != 0 and abs(float(q @ q) - 1.0) > 1e-6:
+            raise InvalidArgumentError("orientation", "a unit quaternion", q.tolist(), "the state is damaged")
+        if np.any(np.diagonal(p) < 0.0):
+            raise InvalidArgumentError("covariance", "variances ≥ 0", "a negative one", "the state is damaged")
+        return state
+
+
+def _plain(value: Any) -> Any:
+    """Replace what JSON has no number for by null."""
+    if isinstance(value, list):
+        return [_plain(v) for v in value]
+    return value if not isinstance(value, float) or np.isfinite(value) else None

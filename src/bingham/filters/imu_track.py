@@ -31,6 +31,7 @@ MAGNETOMETER_CODES = {
     5: "repeats the sample before",
     6: "waits for the next update",
     7: "before the first accelerometer sample",
+    8: "unlike any field",
 }
 
 # Variance of an angle that is uniform on the circle, rad².

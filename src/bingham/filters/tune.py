@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from scipy.optimize import minimize
 
 from bingham.errors import ConvergenceError, InvalidArgumentError
-from bingham.kernels.imu_evidence import white_noise_evidence
+from bingham.kernels.white_noise import white_noise_evidence
 from bingham.recording import ImuRecording
 
 __all__ = ["SensorNoise", "Tuning", "tune"]

@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from bingham.kernels.compile import compiled
-from bingham.kernels.imu_state import LOG_2PI, rotation_matrix
+from bingham.kernels.imu_model import LOG_2PI, rotation_matrix
 from bingham.kernels.quaternion import from_rotation_vector, product
 
 __all__ = ["white_noise_evidence"]
