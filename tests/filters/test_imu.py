@@ -404,7 +404,10 @@ def test_wrong_arguments_are_named():
             start(state=f.run(r).final.to_json())
     with pytest.raises(InvalidArgumentError, match="recording: expected an ImuRecording, got ndarray"):
         f.run(r.gyroscope)
-    for text, message in (("{}", "without orientation, velocity"), ('{"orientation": [], "bias": []}', "without veloc")):
+    for text, message in (
+        ("{}", "without orientation, velocity"),
+        ('{"orientation": [], "bias": []}', "without veloc"),
+    ):
         with pytest.raises(InvalidArgumentError, match="a state written by to_json, got JSON " + message):
             ImuState.from_json(text)
 

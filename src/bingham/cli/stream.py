@@ -177,8 +177,6 @@ class Follower:
 
     def _far_behind(self, sensor: str, time: float) -> None:
         """Raise an error, unless many lines in order say that the clock was set back: then follow it."""
-        from dataclasses import replace
-
         from bingham.filters.imu_events import ImuStream
 
         count, before = self._behind.get(sensor, (0, -math.inf))
@@ -189,7 +187,7 @@ class Follower:
             raise InvalidArgumentError("TIME", f"at most {JUMP_S:g} s before {self._newest!r}", time, hint)
         self.say(f"line {self._line}: the clock was set back by {self._newest - time:.6g} s; followed from here")
         state = self._stream.state
-        self._stream = ImuStream(state=replace(state, last=state.last * math.nan))
+        self._stream = ImuStream(state=state.without_times())
         self._newest = time
         self._ahead.clear()
         self._behind.clear()

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -78,11 +77,10 @@ def _check_place(path: Path) -> None:
 
 def _problem(state: Any) -> str:
     """Return what is wrong with a state, or an empty text."""
-    for field in fields(state):
-        values = np.asarray(getattr(state, field.name), dtype=np.float64)
-        known = values[~np.isnan(values)] if field.name == "last" else values
-        if not np.isfinite(known).all() or np.abs(known).max(initial=0.0) > LARGEST_NUMBER:
-            return f"{field.name} holds numbers that no state has"
+    for name in state.values.dtype.names:
+        values = np.asarray(state.record[name], dtype=np.float64)
+        if np.abs(values[~np.isnan(values)]).max(initial=0.0) > LARGEST_NUMBER:
+            return f"{name} holds numbers that no state has"
     last = state.last[~np.isnan(state.last)]
     if np.abs(last).max(initial=0.0) >= NEVER_SECONDS:
         return "its last sample is not in seconds"

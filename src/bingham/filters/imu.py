@@ -200,7 +200,7 @@ class ImuFilter:
         """Return the state before any sample."""
         state = ImuState.zeros()
         record = state.record
-        record["last_time"] = np.nan
+        record["last"] = np.nan
         record["noise"] = record["level"] = 1.0
         record["range"] = 0.99 * self.gyroscope_range
         p = record["covariance"]
@@ -250,7 +250,7 @@ class ImuFilter:
         if state is not None:
             if prior is not None:
                 raise InvalidArgumentError("prior", "None when a state is given", "both")
-            last = state.record["last_time"][0]
+            last = state.record["last"][0]
             if recording.time[0] <= last:
                 raise InvalidArgumentError(
                     "recording", f"times after the state's last sample at {last} s", recording.time[0]

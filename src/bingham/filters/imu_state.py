@@ -54,6 +54,22 @@ class ImuState:
         return self.values[0]
 
     @property
+    def last(self) -> FloatArray:
+        """Times (3,) of the last gyroscope, accelerometer and magnetometer samples, s; NaN before the first."""
+        return self.record["last"].copy()
+
+    @property
+    def covariance(self) -> FloatArray:
+        """Covariance (12, 12) of the errors of orientation, velocity, gyroscope and accelerometer bias."""
+        return self.record["covariance"].copy()
+
+    def without_times(self) -> ImuState:
+        """Return a copy that goes on with any clock: what follows is taken as the next sample."""
+        state = self.copy()
+        state.record["last"] = np.nan
+        return state
+
+    @property
     def started(self) -> bool:
         """Whether the first accelerometer sample has come."""
         return bool(self.record["phase"] > 0)
@@ -102,7 +118,7 @@ class ImuState:
                 raise InvalidArgumentError(name, "numbers written by to_json", f"{error}") from None
             if value.shape != shape:
                 raise InvalidArgumentError(name, f"shape {shape}", value.shape, "use the version that wrote it")
-            if not np.isfinite(value).all() and name not in ("last_time", "statistic"):
+            if not np.isfinite(value).all() and name not in ("last", "statistic"):
                 raise InvalidArgumentError(name, "finite numbers", "NaN or infinity", "the state is damaged")
             state.values[name] = value
         q, p = state.record["orientation"], state.record["covariance"]

@@ -115,8 +115,8 @@ def rotate(s, par, w, t, x, y, z):
 def rotate_by(s, par, w, t, x, y, z):
     """Judge the rate (x, y, z) and integrate what is believed of it."""
     rate = s.rate
-    if math.isnan(s.last_time[0]):
-        s.last_time[0] = t
+    if math.isnan(s.last[0]):
+        s.last[0] = t
         rate[0], rate[1], rate[2] = x, y, z
         for i in range(3):
             s.slow_rate[i] = rate[i]
@@ -124,7 +124,7 @@ def rotate_by(s, par, w, t, x, y, z):
     if x * x + y * y + z * z > MAXIMAL_RATE**2:
         s.faults[RATE_REJECTED] += 1
         return
-    verdict = judge(s, 0, t, s.last_time[0], rate, s.held_rate, x, y, z)
+    verdict = judge(s, 0, t, s.last[0], rate, s.held_rate, x, y, z)
     if verdict == HELD:
         return
     if verdict == BOTH:
@@ -136,8 +136,8 @@ def rotate_by(s, par, w, t, x, y, z):
 def integrate(s, par, w, t, x, y, z, bridged):
     """Rotate the orientation by the rate (x, y, z) since the last sample; `bridged` over one that was a spike."""
     rate = s.rate
-    dt = t - s.last_time[0]
-    s.last_time[0] = t
+    dt = t - s.last[0]
+    s.last[0] = t
     s.age += dt
     gain = max(1.0 - math.exp(-dt / QUIET_TIME), min(1.0, dt / s.age))
     deviation = change2 = 0.0
@@ -227,9 +227,9 @@ def accelerate(s, par, w, t, x, y, z):
         s.blank = 0
         rotate_by(s, par, w, s.blank_time, 0.0, 0.0, 0.0)
     force = s.force
-    if s.phase <= 0 or math.isnan(s.last_time[1]):
+    if s.phase <= 0 or math.isnan(s.last[1]):
         s.phase = -s.phase
-        s.last_time[1] = t
+        s.last[1] = t
         force[0], force[1], force[2] = x, y, z
         for i in range(3):
             s.slow_force[i] = force[i]
@@ -237,7 +237,7 @@ def accelerate(s, par, w, t, x, y, z):
     if x * x + y * y + z * z > MAXIMAL_FORCE**2:
         s.faults[FORCE_REJECTED] += 1
         return
-    verdict = judge(s, 1, t, s.last_time[1], force, s.held_force, x, y, z)
+    verdict = judge(s, 1, t, s.last[1], force, s.held_force, x, y, z)
     if verdict == HELD:
         return
     if verdict == BOTH:
@@ -249,8 +249,8 @@ def accelerate(s, par, w, t, x, y, z):
 def push(s, par, t, x, y, z):
     """Integrate the specific force (x, y, z) since the last sample; start anew from it if the attitude is lost."""
     force = s.force
-    dt = t - s.last_time[1]
-    s.last_time[1] = t
+    dt = t - s.last[1]
+    s.last[1] = t
     gain = max(1.0 - math.exp(-dt / QUIET_TIME), min(1.0, dt / max(s.age, 1e-9)))
     clipped = False
     s.force_deviation = 0.0
@@ -294,7 +294,7 @@ def push(s, par, t, x, y, z):
 def magnetize(s, t, x, y, z):
     """Take the field (x, y, z) at t; return what becomes of it: a repetition says nothing new, absurd ones are none."""
     last = s.last_field
-    s.last_time[2] = t
+    s.last[2] = t
     if x == last[0] and y == last[1] and z == last[2]:
         return REPEATED
     size = max(abs(x), abs(y), abs(z))
@@ -339,7 +339,9 @@ def readout(s, par, q, c, extra):
     extra[2, 0], extra[2, 1], extra[2, 2] = x * z, y * z, z * z
     if s.field_weight > 0.0:
         extra[2, 2] += (NORTH_SHARE * par.magnetometer_error) ** 2
-    root = math.sqrt(max(s.level, LEVEL_FLOOR, SURPRISE_SHARE * min(s.surprise, MAXIMAL_RATIO), min(s.contradiction - 2.0, 4.0)))
+    root = math.sqrt(
+        max(s.level, LEVEL_FLOOR, SURPRISE_SHARE * min(s.surprise, MAXIMAL_RATIO), min(s.contradiction - 2.0, 4.0))
+    )
     for i in range(3):
         for j in range(3):
             factor = (root if i < 2 else 1.0) * (root if j < 2 else 1.0)

@@ -1,8 +1,8 @@
 """The inertial filter's model: state, transition F, noise Q, measurements H (derived in docs/theory/inertial.rst).
 
 Errors e, in order: θ (world axes, R_true = Exp(θ) R), v (velocity, world), b (gyroscope bias, body) and a
-(accelerometer bias, body); v_true = Exp(θ) v + δv is the right-invariant error of Barrau & Bonnabel (IEEE Trans. Autom. Control
-62(4), 2017), whose dynamics do not depend on heading: an unknown heading leaves the inclination alone.
+(accelerometer bias, body); v_true = Exp(θ) v + δv is the right-invariant error of Barrau & Bonnabel (IEEE
+Trans. Autom. Control 62(4), 2017), whose dynamics do not depend on heading: an unknown heading leaves the inclination alone.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ STATE = np.dtype([
     ("orientation", "f8", 4), ("velocity", "f8", 3), ("bias", "f8", 3), ("force_bias", "f8", 3),
     ("covariance", "f8", (SIZE, SIZE)),
     # 0 before the first accelerometer sample, −1 prepared for it, 1 running; seconds since the first sample; times.
-    ("phase", "i8"), ("age", "f8"), ("last_time", "f8", 3),
+    ("phase", "i8"), ("age", "f8"), ("last", "f8", 3),
     # Sums since the last update: s, ∫R dt, ∫Rω dt, ∫|ω| dt, ∫ω dt (raw), ∫(Rf − g) dt, ∫max(|f|² − g², 0) dt, s of
     # force and of clipped force, ΣRm, number of m.
     ("elapsed", "f8"), ("turn", "f8", (3, 3)), ("rotated", "f8", 3), ("travel", "f8"), ("raw_rotated", "f8", 3),
@@ -33,7 +33,8 @@ STATE = np.dtype([
     # Last samples, those held back as implausible, usual steps between samples, see `imu_loop`.
     ("rate", "f8", 3), ("force", "f8", 3), ("last_field", "f8", 3), ("held_rate", "f8", 3), ("held_force", "f8", 3),
     ("held", "i8", 2), ("held_time", "f8", 2), ("blank", "i8"), ("blank_time", "f8"), ("usual_jump", "f8", 2),
-    ("usual_step", "f8"), ("usual_field", "f8"), ("range", "f8"), ("top", "f8"), ("flat_time", "f8", 3), ("repeat_time", "f8"),
+    ("usual_step", "f8"), ("usual_field", "f8"), ("range", "f8"), ("top", "f8"), ("flat_time", "f8", 3),
+    ("repeat_time", "f8"),
     # What was done about faults: samples rejected of gyroscope, accelerometer, magnetometer; rows of zeros; samples of
     # a clipping and of a frozen gyroscope; gaps; restarts; contradictions.
     ("faults", "i8", 9),
@@ -93,7 +94,6 @@ RESIDUAL_TIME = 30.0  # s over which the variance of the heading's residual is t
 RESIDUAL_SHARE = 0.2  # of it that counts as the field's error
 UNKNOWN_HEADING = 1.0  # rad², beyond which one sample sets the heading
 NEW_FIELD_TIME = 5.0  # s over which a new field is averaged
-UNKNOWN_HEADING = 1.0  # rad²
 HEADING_LIMIT = 100.0  # a heading ten standard deviations off contradicts the estimate
 
 
