@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from typing import Any
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
@@ -13,6 +16,9 @@ __all__ = ["exponential_density", "fitted_density", "kamb_density"]
 
 FloatArray = NDArray[np.float64]
 
+# Angles between axes and points held at once.
+BLOCK = 4_000_000
+
 
 def kamb_density(x: ArrayLike, at: ArrayLike, *, sigma: float = 3.0) -> FloatArray:
     """Return Kamb's (1959) density of axes x (n, 3) at points (..., 3), in standard deviations of a uniform count.
@@ -23,7 +29,7 @@ def kamb_density(x: ArrayLike, at: ArrayLike, *, sigma: float = 3.0) -> FloatArr
     a, points = _checked(x, at, sigma)
     n = len(a)
     area = sigma**2 / (n + sigma**2)
-    count = np.sum(np.abs(points @ a.T) >= 1.0 - area, axis=-1)
+    count = _summed(a, points, lambda cosine: cosine >= 1.0 - area)
     return count / np.sqrt(n * area * (1.0 - area))
 
 
@@ -36,13 +42,22 @@ def exponential_density(x: ArrayLike, at: ArrayLike, *, sigma: float = 3.0) -> F
     a, points = _checked(x, at, sigma)
     n = len(a)
     k = 2.0 * (1.0 + n / sigma**2)
-    weight = np.exp(k * (np.abs(points @ a.T) - 1.0))
-    return weight.sum(axis=-1) / np.sqrt(n * (0.5 * k - 1.0) / k**2)
+    weight = _summed(a, points, lambda cosine: np.exp(k * (cosine - 1.0)))
+    return weight / np.sqrt(n * (0.5 * k - 1.0) / k**2)
 
 
 def fitted_density(distribution: Bingham, at: ArrayLike) -> FloatArray:
     """Return the density of a distribution at points (..., 3), in multiples of the uniform one."""
     return 4.0 * np.pi * np.asarray(distribution.pdf(at))
+
+
+def _summed(a: FloatArray, points: FloatArray, weight: Callable[[FloatArray], NDArray[Any]]) -> FloatArray:
+    """Return Σ weight(|cos|) over the axes a (n, 3) at points (..., 3), some axes at a time."""
+    total = np.zeros(points.shape[:-1])
+    step = max(1, BLOCK // max(1, total.size))
+    for start in range(0, len(a), step):
+        total += weight(np.abs(points @ a[start : start + step].T)).sum(axis=-1)
+    return total
 
 
 def _checked(x: ArrayLike, at: ArrayLike, sigma: float) -> tuple[FloatArray, FloatArray]:

@@ -80,7 +80,7 @@ def samples_of(x: ArrayLike, others: tuple[ArrayLike, ...]) -> list[FloatArray]:
 def common_axis(weights: list[FloatArray]) -> tuple[Any, FloatArray]:
     """Return J (...) and the axis a (..., d) that minimises Σ aᵀ Wₛ a."""
     values, vectors = np.linalg.eigh(sum(weights))
-    return values[..., 0][()], vectors[..., 0]
+    return np.maximum(values[..., 0], 0.0)[()], vectors[..., 0]
 
 
 def _precision(x: FloatArray) -> FloatArray:
@@ -95,8 +95,15 @@ def _precision(x: FloatArray) -> FloatArray:
     score = y[..., :-1] * y[..., -1:]
     covariance = np.swapaxes(score, -1, -2) @ score / (n - 1)
     gap = w[..., -1:] - w[..., :-1]
+    scale = np.sqrt(np.einsum("...ii->...i", covariance))
+    if not np.all(scale > 0.0) or not np.all(np.linalg.cond(_scaled(covariance, scale)) < 1e12):
+        raise InvalidArgumentError("x", "axes that scatter in every direction about their mean", "some that do not")
     precision = n * gap[..., :, None] * np.linalg.inv(covariance) * gap[..., None, :]
     return frame[..., :-1] @ precision @ np.swapaxes(frame[..., :-1], -1, -2)
+
+
+def _scaled(covariance: FloatArray, scale: FloatArray) -> FloatArray:
+    return covariance / (scale[..., :, None] * scale[..., None, :])
 
 
 def _james_pvalue(statistic: Any, axis: FloatArray, weights: list[FloatArray], sizes: NDArray[np.int64]) -> Any:

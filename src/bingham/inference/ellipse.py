@@ -192,14 +192,17 @@ def _bootstrap_quantile(
     x: FloatArray, fitted: Bingham, k: int, others: list[int], level: float, resamples: int, rng: Any
 ) -> FloatArray:
     generator = as_generator(rng)
-    n, d = x.shape[-2:]
+    n = x.shape[-2]
+    smallest = 1e-4 * np.min(fitted.axis_moments, axis=-1)
     drawn: list[FloatArray] = []
     for _ in range(resamples):
         sample = x[..., generator.integers(n, size=n), :]
-        if len(np.unique(sample.reshape(-1, d), axis=0)) <= d:
-            continue  # fewer different axes than a fit needs
+        if np.any(np.linalg.eigvalsh(np.swapaxes(sample, -1, -2) @ sample / n)[..., 0] < smallest):
+            continue  # too few different axes for a fit
         again = Bingham.fit(sample)
         variance = _variance(sample, again, k, others, robust=False)
         across = np.einsum("...i,...ij->...j", fitted.M[..., k], again.M[..., others])
         drawn.append(np.sum(across**2 / variance, axis=-1))
-    return np.quantile(np.array(drawn), level, axis=0)
+    if 2 * len(drawn) < resamples or not np.all(np.isfinite(quantile := np.quantile(np.array(drawn), level, axis=0))):
+        raise InvalidArgumentError("method", "another one for so few different axes or moments alike", "'bootstrap'")
+    return quantile

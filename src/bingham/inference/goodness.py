@@ -20,6 +20,8 @@ FloatArray = NDArray[np.float64]
 NODES = 160
 # Beyond this exponent along the weakest axis nothing is left of the density.
 TAIL = 30.0
+# Axes and nodes held at once.
+BLOCK = 1_000_000
 
 
 def goodness_of_fit_test(x: ArrayLike, *, resamples: int = 999, rng: Any = None) -> TestResult:
@@ -57,10 +59,13 @@ def goodness_of_fit_test(x: ArrayLike, *, resamples: int = 999, rng: Any = None)
     shape = fitted.shape
     z = fitted.z.reshape(-1, d)
     drawn = np.empty((count, len(z)))
+    block = max(1, BLOCK // (n + NODES * d))
     # The statistic does not depend on the frame, so samples are drawn in that of the axes.
     for k, row in enumerate(z):
-        sample = Bingham(row, np.eye(d)).rvs((count, n), rng=generator)
-        drawn[:, k] = mode_angle_statistic(sample, Bingham.fit(sample))
+        null = Bingham(row, np.eye(d))
+        for start in range(0, count, block):
+            sample = null.rvs((min(block, count - start), n), rng=generator)
+            drawn[start : start + block, k] = mode_angle_statistic(sample, Bingham.fit(sample))
     return TestResult(statistic, resampled_pvalue(statistic, drawn.reshape(count, *shape)), "parametric bootstrap")
 
 

@@ -145,21 +145,24 @@ def _bootstrap(x: FloatArray, level: float, resamples: int, rng: Any) -> Concent
     from scipy.stats import bootstrap
 
     n, d = x.shape
+    smallest = 1e-3 * Bingham.fit(x).axis_moments[0]
 
     def estimate(rows: NDArray[np.int64], axis: int = -1) -> FloatArray:
         samples = x[np.moveaxis(rows, axis, -1)]
         w = np.linalg.eigvalsh(np.swapaxes(samples, -1, -2) @ samples / rows.shape[axis])
         # A resample of few different axes has no spread along some axis; a hair of it keeps its estimate finite.
-        w = np.maximum(w, 1e-6)
+        w = np.maximum(w, smallest)
         w = (w / w.sum(axis=-1, keepdims=True)).reshape(-1, d)
         from bingham.distributions.normalizer import solve_moments
 
         z = marginal_fit(w, rows.shape[axis], solve_moments(w)[0])[0]
         return np.moveaxis(z[:, :-1].reshape(*samples.shape[:-2], d - 1), -1, 0)
 
-    interval = bootstrap(
-        (np.arange(n),), estimate, n_resamples=resamples, confidence_level=level, rng=as_generator(rng),
-        vectorized=True, method="BCa",
-    ).confidence_interval  # fmt: skip
+    options: dict[str, Any] = {"n_resamples": resamples, "confidence_level": level, "vectorized": True, "method": "BCa"}
+    with np.errstate(all="ignore"):  # degenerate samples are told below
+        result = bootstrap((np.arange(n),), estimate, rng=as_generator(rng), **options)
+    interval = result.confidence_interval
+    if not np.all(np.isfinite([interval.low, interval.high])):
+        raise InvalidArgumentError("method", "'profile' for a sample whose moments are alike", "'bootstrap'")
     z = np.append(estimate(np.arange(n)[None])[:, 0], 0.0)
     return ConcentrationIntervals(z, np.append(interval.low, 0.0), np.append(interval.high, 0.0), level, "bootstrap")

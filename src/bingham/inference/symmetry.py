@@ -64,6 +64,8 @@ def symmetry_test(
     last = {"bipolar": True, "girdle": False}.get(kind, w[..., -1] * w[..., 0] >= w[..., -2] * w[..., 1])
     across = np.where(np.asarray(last)[..., None, None], frame[..., :-1], frame[..., 1:])
     y = a @ across
+    if np.any(np.max(np.abs(y), axis=(-1, -2)) < 1e-12):
+        raise InvalidArgumentError("x", "axes that scatter about their principal axis", "axes all alike")
     p = d - 1
     statistic = _anisotropy(y)
     if null == "asymptotic":

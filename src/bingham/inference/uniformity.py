@@ -18,6 +18,9 @@ __all__ = ["bingham_statistic", "gine_statistic", "uniformity_test"]
 
 FloatArray = NDArray[np.float64]
 
+# Numbers held at once.
+BLOCK = 4_000_000
+
 
 def uniformity_test(
     x: ArrayLike,
@@ -75,7 +78,7 @@ def uniformity_test(
     if null == "simulation":
         generator = as_generator(rng)
         drawn = np.empty(integer(resamples, "resamples", 1))
-        block = max(1, 2_000_000 // (n * (n if method == "gine" else d)))
+        block = max(1, BLOCK // (n * (n if method == "gine" else d)))
         for start in range(0, drawn.size, block):
             y = generator.standard_normal((min(block, drawn.size - start), n, d))
             drawn[start : start + block] = measure(y / np.linalg.norm(y, axis=-1, keepdims=True))
@@ -104,10 +107,17 @@ def bingham_statistic(x: FloatArray) -> Any:
 def gine_statistic(x: FloatArray) -> Any:
     """Return G (...) = n/2 − (d − 1)/(2n) (Γ((d−1)/2)/Γ(d/2))² Σ_{i<j} sin θᵢⱼ of unit rows (..., n, d)."""
     n, d = x.shape[-2:]
-    cosine = x @ np.swapaxes(x, -1, -2)
-    sine = np.sqrt(np.maximum(1.0 - cosine**2, 0.0))
+    # In blocks of rows: all pairs at once need memory ∝ n².
+    step = max(1, BLOCK // max(1, n * math.prod(x.shape[:-2])))
+    pairs = np.zeros(x.shape[:-2])
+    for start in range(0, n, step):
+        rows = x[..., start : start + step, :]
+        cosine = rows @ np.swapaxes(x, -1, -2)
+        sine = np.sqrt(np.maximum(1.0 - cosine**2, 0.0))
+        own = np.arange(start, start + rows.shape[-2])
+        sine[..., own - start, own] = 0.0
+        pairs += 0.5 * sine.sum(axis=(-1, -2))
     c = 0.5 * (d - 1) * math.exp(2.0 * float(gammaln(0.5 * (d - 1)) - gammaln(0.5 * d)))
-    pairs = 0.5 * (sine.sum(axis=(-1, -2)) - np.einsum("...ii->...", sine))
     return (0.5 * n - c / n * pairs)[()]
 
 

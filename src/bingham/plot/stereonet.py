@@ -23,6 +23,8 @@ __all__ = ["draw_fabric", "plot_fabric"]
 
 FloatArray = NDArray[np.float64]
 
+# Points drawn at most.
+MOST = 5000
 MEAN, PLANE = AXIS_COLOURS[0], AXIS_COLOURS[2]
 
 
@@ -43,7 +45,8 @@ def draw_fabric(ax: Any, x: FloatArray, *, projection: Any = "equal-area") -> No
     result = fabric(x)
     draw_net(ax, projection=projection)
     draw_contours(ax, x, projection=projection, filled=True, cmap="Greys", alpha=0.55, zorder=0.3)
-    draw_axes(ax, x, projection=projection, alpha=0.7, label=f"{len(x)} axes; contours every 2σ from 2σ")
+    shown = x[:: -(-len(x) // MOST)]
+    draw_axes(ax, shown, projection=projection, alpha=0.7, label=f"{len(x)} axes; contours every 2σ from 2σ")
     mean, pole = result.eigenvectors[:, 0], result.eigenvectors[:, 2]
     strike, dip = to_strike_dip(pole)
     label = f"best-fit plane {_azimuth(strike)}/{float(dip):02.0f}"
