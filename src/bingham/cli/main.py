@@ -25,6 +25,7 @@ COMMANDS = [
     "track",
     "fit",
     "cluster",
+    "planes",
     "tune",
     "simulate",
     "reproduce",

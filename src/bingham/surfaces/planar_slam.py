@@ -1,4 +1,4 @@
-"""Poses and planes from odometry and plane measurements: a factor graph solved by GTSAM's Levenberg–Marquardt."""
+"""Poses and planes from odometry and plane measurements: a factor graph solved by Levenberg–Marquardt."""
 
 from __future__ import annotations
 
@@ -78,6 +78,7 @@ def solve_planar_slam(
     model: Literal["bingham", "gaussian"] = "bingham",
     *,
     start: PlanarSolution | None = None,
+    solver: Literal["scipy", "gtsam"] = "scipy",
 ) -> PlanarSolution:
     """Return the maximum-likelihood poses and planes, the first pose at the identity.
 
@@ -92,24 +93,58 @@ def solve_planar_slam(
     start : PlanarSolution, optional
         Where to start; from dead reckoning and the first sight of each plane otherwise.
 
+    solver : {"scipy", "gtsam"}
+        This package's Levenberg–Marquardt on SciPy's sparse matrices, or GTSAM's.
+
     Raises
     ------
     MissingExtraError
-        Without GTSAM.
+        For solver="gtsam" without GTSAM.
     """
     if model not in ("bingham", "gaussian"):
         raise InvalidArgumentError("model", "'bingham' or 'gaussian'", repr(model))
-    try:
-        import gtsam as _gtsam
-    except ImportError as error:
-        raise MissingExtraError("gtsam", "slam", "planar SLAM") from error
-    gtsam = cast(Any, _gtsam)
-    residual = BinghamResidual if model == "bingham" else GaussianResidual
+    if solver not in ("scipy", "gtsam"):
+        raise InvalidArgumentError("solver", "'scipy' or 'gtsam'", repr(solver))
     if start is None:
         rotations, positions = dead_reckoning(measurements.turns, measurements.steps)
     else:
         rotations, positions = start.rotations, start.positions
-    names = np.unique(measurements.plane_index)
+    names, first = np.unique(measurements.plane_index, return_index=True)
+    if start is None:
+        pose = measurements.pose_index[first]
+        planes = to_world(rotations[pose], positions[pose], measurements.seen[first])
+    else:
+        planes = start.planes
+    residual = BinghamResidual if model == "bingham" else GaussianResidual
+    solve = _with_gtsam if solver == "gtsam" else _with_scipy
+    return solve(measurements, [residual(z, noise) for z in measurements.seen], names, rotations, positions, planes)
+
+
+def _with_scipy(
+    measurements: PlanarMeasurements, residuals: list[Any], names: NDArray[np.int64], rotations: FloatArray,
+    positions: FloatArray, planes: FloatArray,
+) -> PlanarSolution:  # fmt: skip
+    from bingham.surfaces.graph_solver import Graph, minimize_graph
+
+    columns = np.searchsorted(names, measurements.plane_index)
+    seen = [(int(t), int(k), f) for t, k, f in zip(measurements.pose_index, columns, residuals, strict=True)]
+    graph = Graph(measurements.turns, measurements.steps, measurements.odometry_sigma, ANCHOR, seen)
+    r, t, q, iterations, cost_start, cost = minimize_graph(
+        graph, rotations, positions, as_group(planes), MAX_ITERATIONS
+    )
+    converged = bool(np.isfinite(cost) and cost <= cost_start and iterations < MAX_ITERATIONS)
+    return PlanarSolution(r, t, from_group(q), iterations, cost_start, cost, converged)
+
+
+def _with_gtsam(
+    measurements: PlanarMeasurements, residuals: list[Any], names: NDArray[np.int64], rotations: FloatArray,
+    positions: FloatArray, planes: FloatArray,
+) -> PlanarSolution:  # fmt: skip
+    try:
+        import gtsam as _gtsam
+    except ImportError as error:
+        raise MissingExtraError("gtsam", "slam", "planar SLAM with solver='gtsam'") from error
+    gtsam = cast(Any, _gtsam)
     graph, values = gtsam.NonlinearFactorGraph(), gtsam.Values()
     x, l = gtsam.symbol_shorthand.X, gtsam.symbol_shorthand.L
     for t, (rotation, position) in enumerate(zip(rotations, positions, strict=True)):
@@ -119,12 +154,10 @@ def solve_planar_slam(
     odometry = gtsam.noiseModel.Diagonal.Sigmas(np.repeat([turn_sigma, step_sigma], 3))
     for t, (turn, step) in enumerate(zip(measurements.turns, measurements.steps, strict=True)):
         graph.add(gtsam.BetweenFactorPose3(x(t), x(t + 1), gtsam.Pose3(gtsam.Rot3(turn), step), odometry))
-    for t, k, z in zip(measurements.pose_index, measurements.plane_index, measurements.seen, strict=True):
-        if not values.exists(l(int(k))):
-            seen = to_world(rotations[t], positions[t], z)
-            first = seen if start is None else start.planes[np.searchsorted(names, k)]
-            values.insert(l(int(k)), gtsam.Rot3(*as_group(first)))
-        graph.add(plane_factor(x(int(t)), l(int(k)), residual(z, noise)))
+    for k, plane in zip(names, planes, strict=True):
+        values.insert(l(int(k)), gtsam.Rot3(*as_group(plane)))
+    for t, k, factor in zip(measurements.pose_index, measurements.plane_index, residuals, strict=True):
+        graph.add(plane_factor(x(int(t)), l(int(k)), factor))
     parameters = gtsam.LevenbergMarquardtParams()
     parameters.setMaxIterations(MAX_ITERATIONS)
     optimizer = gtsam.LevenbergMarquardtOptimizer(graph, values, parameters)

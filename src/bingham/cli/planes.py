@@ -1,0 +1,150 @@
+"""``bingham planes``: the planes of a depth image or a point cloud."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import typer
+
+from bingham.errors import InvalidArgumentError, RecordingError
+
+__all__ = ["register"]
+
+EXAMPLES = """
+Examples:
+
+    bingham planes scene.npz
+
+    bingham planes depth.png --intrinsics 525,525,319.5,239.5 -o planes
+
+    bingham planes cloud.npy --json | jq .planes[].normal
+"""
+
+
+def register(app: typer.Typer) -> None:
+    """Add the command to the application."""
+    app.command(epilog=EXAMPLES)(planes)
+
+
+def planes(
+    file: Path = typer.Argument(
+        ...,
+        metavar="FILE",
+        help="npz with xyz or xyz_mm (H, W, 3) or (n, 3), or depth or depth_mm (H, W) and fx, fy, cx, cy; npy alike; "
+        "PNG of 16 bits; text with x y z a row.",
+        show_default=False,
+    ),
+    intrinsics: str | None = typer.Option(
+        None, metavar="FX,FY,CX,CY", help="Depth images: focal lengths and principal point, pixels."
+    ),
+    scale: float = typer.Option(0.001, help="Depth images of integers: metres of a unit."),
+    min_share: float = typer.Option(0.01, help="Planes with less of the points are left out."),
+    seed: int = typer.Option(0, min=0, help="The same seed gives the same planes."),
+    output: Path | None = typer.Option(None, "--output", "-o", metavar="FOLDER", help="Figure and labels go there."),
+    as_json: bool = typer.Option(False, "--json", help="Print one JSON object on standard output."),
+) -> None:
+    """Find planes: normal, distance and covariance, in the frame of the camera or the cloud.
+
+    A plane holds the points p with normal·p = distance; its normal points to the camera. Parallel planes are apart.
+    """
+    from bingham.atomic import staged
+    from bingham.cli.first_use import announce_compilation
+    from bingham.cli.terminal import say
+    from bingham.surfaces.extraction import find_planes
+
+    points = _points(file, intrinsics, scale)
+    announce_compilation()
+    try:
+        found = find_planes(points, min_share=min_share, rng=seed)
+    except InvalidArgumentError as error:
+        raise RecordingError(file, f"points {points.shape}", str(error)) from None
+    row: dict[str, Any] = {
+        "file": file.name,
+        "points": int(np.isfinite(points).all(axis=-1).sum()),
+        "explained": float(np.mean(found.label[np.isfinite(points).all(axis=-1)] >= 0)),
+        "planes": [
+            {
+                "normal": plane.normal.tolist(),
+                "distance_m": plane.distance,
+                "vector": plane.vector.tolist(),
+                "covariance_rad2": plane.covariance.tolist(),
+                "normal_std_deg": plane.normal_std_deg,
+                "distance_std_m": plane.distance_std,
+                "count": plane.count,
+                "rms_m": plane.residual,
+            }
+            for plane in found.planes
+        ],
+    }
+    if output is not None:
+        with staged(output) as folder:
+            row["files"] = [str(output / name) for name in (f"{file.stem}.planes.npy", f"{file.stem}.planes.png")]
+            np.save(folder / f"{file.stem}.planes.npy", found.label)
+            from bingham.plot.planes import plot_planes
+
+            plot_planes(points, found).savefig(folder / f"{file.stem}.planes.png", dpi=150)
+    if as_json:
+        say(json.dumps(row, indent=2, ensure_ascii=False))
+        return
+    lines = [f"{row['file']}: {row['points']} points, {100.0 * row['explained']:.0f} % on {len(found.planes)} planes"]
+    lines.append(
+        f"{'no.':>4} {'points':>8}  {'normal':<25} {'± °':>7}  {'distance, m':>11} {'± mm':>6}  {'rms, mm':>7}"
+    )
+    for k, plane in enumerate(found.planes):
+        normal = " ".join(f"{x:+.4f}" for x in plane.normal)
+        lines.append(f"{k:>4} {plane.count:>8}  {normal:<25} {plane.normal_std_deg:7.3f}  {plane.distance:11.4f} "
+                     f"{1e3 * plane.distance_std:6.2f}  {1e3 * plane.residual:7.2f}")  # fmt: skip
+    say("\n".join(lines + [f"file {name}" for name in row.get("files", [])]))
+
+
+def _points(file: Path, intrinsics: str | None, scale: float) -> Any:
+    """Return points (H, W, 3) or (n, 3) in m, NaN without data."""
+    if not file.is_file():
+        raise RecordingError(file, "", "no such file")
+    camera = None if intrinsics is None else _numbers(intrinsics)
+    try:
+        if file.suffix == ".npz":
+            with np.load(file) as archive:
+                arrays = {name: np.asarray(archive[name]) for name in archive.files}
+        elif file.suffix == ".npy":
+            array = np.load(file)
+            arrays = {"xyz" if array.ndim and array.shape[-1] == 3 else "depth": array}
+        elif file.suffix == ".png":
+            from matplotlib import image
+
+            raw = np.asarray(image.imread(file), dtype=np.float64)
+            arrays = {"depth": np.round(raw * 65535.0).astype(np.int64)}
+        else:
+            arrays = {"xyz": np.loadtxt(file, comments="#", delimiter="," if file.suffix == ".csv" else None)}
+    except (OSError, ValueError) as error:
+        raise RecordingError(file, "", f"cannot be read: {error}", "npz, npy, PNG or numbers in rows") from None
+    for name, unit in (("xyz", 1.0), ("xyz_mm", 1e-3)):
+        if name in arrays and arrays[name].ndim in (2, 3) and arrays[name].shape[-1] == 3:
+            points = np.asarray(arrays[name], dtype=np.float64) * unit
+            points[~(np.abs(points).sum(axis=-1) > 0.0)] = np.nan
+            return points
+    depth = next((name for name in ("depth_mm", "depth") if name in arrays and arrays[name].ndim == 2), None)
+    if depth is None:
+        raise RecordingError(file, ", ".join(arrays), "neither points xyz nor a depth image", "name them xyz or depth")
+    if camera is None and all(name in arrays for name in ("fx", "fy", "cx", "cy")):
+        camera = tuple(float(arrays[name]) for name in ("fx", "fy", "cx", "cy"))
+    if camera is None:
+        raise InvalidArgumentError("--intrinsics", "FX,FY,CX,CY of the camera", "none", "a depth image needs them")
+    from bingham.surfaces.normals import back_project
+
+    image_ = arrays[depth]
+    unit = 1e-3 if depth == "depth_mm" else scale if np.issubdtype(image_.dtype, np.integer) else 1.0
+    return back_project(image_.astype(np.float64) * unit, *camera)
+
+
+def _numbers(text: str) -> tuple[float, ...]:
+    try:
+        camera = tuple(float(part) for part in text.split(","))
+    except ValueError:
+        camera = ()
+    if len(camera) != 4 or not camera[0] > 0.0 or not camera[1] > 0.0:
+        raise InvalidArgumentError("--intrinsics", "four numbers FX,FY,CX,CY", repr(text))
+    return camera

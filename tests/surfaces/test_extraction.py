@@ -1,0 +1,105 @@
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from bingham.simulate.rooms import four_rooms
+from bingham.simulate.scene import DepthCamera, Rectangle, box, corridor, render
+from bingham.surfaces.extraction import find_planes
+from bingham.surfaces.normals import back_project
+from bingham.surfaces.planar_slam import PlanarSolution, solve_planar_slam
+from bingham.surfaces.planes import gaussian_to_noise
+
+DATA = Path(__file__).parents[3] / "shared" / "data" / "planes"
+
+
+def half_size(camera):
+    return DepthCamera(camera.rotation, camera.position, 320, 240, 262.5)
+
+
+def overlaps(found, truth, seen, minimum):
+    """Precision and recall of planes by half their union."""
+    real = [k for k in np.unique(truth[seen]) if k >= 0 and np.sum((truth == k) & seen) >= minimum]
+    hits = np.array([[np.sum((truth == k) & (found.label == q) & seen) >=
+                      0.5 * np.sum(((truth == k) | (found.label == q)) & seen) for q in range(len(found.planes))]
+                     for k in real])  # fmt: skip
+    return hits.any(axis=0).mean(), hits.any(axis=1).mean()
+
+
+def test_planes_of_a_simulated_room_are_found_with_their_uncertainty():
+    scene, camera = corridor()
+    camera = half_size(camera)
+    for seed in range(2):
+        view = render(scene, camera, rng=seed)
+        points = back_project(view.depth, *camera.intrinsics)
+        found, seen = find_planes(points, rng=0), view.depth > 0.0
+        precision, recall = overlaps(found, view.label, seen, 0.01 * seen.sum())
+        assert precision >= 0.9 and recall >= 0.9
+        for k, plane in enumerate(found.planes):
+            if plane.count < 3000:
+                continue
+            face = np.bincount(view.label[(found.label == k) & (view.label >= 0)]).argmax()
+            normal = view.normals[face]
+            distance = normal @ ((scene[face].centre - camera.position) @ camera.rotation)
+            assert np.degrees(np.arccos(min(1.0, normal @ plane.normal))) < 1.0
+            assert abs(plane.distance - distance) < 0.01
+
+
+def test_parallel_planes_are_apart_and_signs_are_kept():
+    # A step of 25 cm, and two walls that face each other.
+    scene = box([2.5, 0.0, 1.3], [6.0, 2.6, 2.6], inside=True)
+    scene.append(Rectangle(np.array([5.25, 0.0, 1.3]), np.array([0.0, 0.5, 0.0]), np.array([0.0, 0.0, -0.5])))
+    scene[-1] = Rectangle(scene[-1].centre, scene[-1].v, scene[-1].u) if scene[-1].normal[0] > 0 else scene[-1]
+    camera = DepthCamera.looking([1.6, 0.1, 1.4], [5.0, 0.0, 1.3], width=320, height=240, focal=262.5)
+    view = render(scene, camera, noise=0.5, rng=0)
+    found = find_planes(back_project(view.depth, *camera.intrinsics), rng=0)
+    facing = sorted(p.distance for p in found.planes if p.normal @ (camera.rotation.T @ [-1.0, 0, 0]) > 0.98)
+    assert len(facing) == 2
+    assert facing[1] - facing[0] == pytest.approx(0.25, abs=0.05)
+    side = [p.normal @ (camera.rotation.T @ [0.0, 1.0, 0.0]) for p in found.planes]
+    assert max(side) > 0.98 and min(side) < -0.98
+
+
+def test_a_recorded_plane_is_found():
+    if not DATA.exists():
+        pytest.skip("../shared/data/planes is not here")
+    archive = np.load(DATA / "sac_plane_test.npz")
+    found = find_planes(archive["xyz"].astype(float), rng=0)
+    reference = archive["plane_abc_over_d"]
+    normal, distance = reference / np.linalg.norm(reference), -1.0 / np.linalg.norm(reference)
+    plane = found.planes[0]
+    assert np.degrees(np.arccos(abs(normal @ plane.normal))) < 1.0
+    assert abs(abs(plane.distance) - abs(distance)) < 0.01
+
+
+@pytest.mark.parametrize("model", ["bingham", "gaussian"])
+def test_both_solvers_reach_one_optimum(model):
+    pytest.importorskip("gtsam")
+    noise = gaussian_to_noise(np.diag([0.05, 0.05, 0.035]) ** 2)
+    loop = four_rooms(noise, poses=16, rng=1)
+    ours, theirs = (solve_planar_slam(loop.measurements, noise, model, solver=name) for name in ("scipy", "gtsam"))
+    assert ours.converged
+    assert ours.cost == pytest.approx(theirs.cost, rel=1e-3)
+    assert np.abs(ours.positions - theirs.positions).max() < 5e-3
+
+
+def test_bingham_factors_are_as_good_at_small_noise_and_better_at_large():
+    rms = {}
+    for size in (0.05, 0.4):
+        noise = gaussian_to_noise(np.diag([size, size, 0.7 * size]) ** 2)
+        for seed in range(4):
+            loop = four_rooms(noise, poses=24, rng=seed)
+            for model in ("bingham", "gaussian"):
+                error = solve_planar_slam(loop.measurements, noise, model).positions - loop.positions
+                rms.setdefault((size, model), []).append(np.sqrt(np.mean(np.sum(error**2, axis=1))))
+    mean = {key: np.mean(value) for key, value in rms.items()}
+    assert mean[0.05, "bingham"] == pytest.approx(mean[0.05, "gaussian"], rel=0.02)
+    assert mean[0.4, "bingham"] < mean[0.4, "gaussian"]
+
+
+def test_the_truth_is_a_fixed_point_without_noise():
+    noise = gaussian_to_noise(np.diag([1e-3, 1e-3, 1e-3]) ** 2)
+    loop = four_rooms(noise, poses=12, odometry_sigma=(1e-6, 1e-6), rng=0)
+    start = PlanarSolution(loop.rotations, loop.positions, loop.planes, 0, 0.0, 0.0, True)
+    solved = solve_planar_slam(loop.measurements, noise, start=start)
+    assert np.abs(solved.positions - loop.positions).max() < 1e-4
