@@ -6,9 +6,11 @@ import pytest
 from bingham import Bingham, BinghamFilter, Gate, Gyroscope, HeadingSensor, InvalidArgumentError, VectorSensor
 from bingham.filters.smoother import smooth_fixed_interval
 from bingham.metrics import geodesic_error
+from bingham.models import RandomWalk
 from bingham.rotations import compose, conjugate, from_rotation_vector, rotate
 
 IDENTITY_LAST = np.eye(4)[:, ::-1]
+NOISE = Bingham([-300.0, -300.0, -300.0, 0.0], IDENTITY_LAST)
 FIELD = np.array([0.0, 0.4, -0.9]) / np.hypot(0.4, 0.9)
 
 
@@ -135,3 +137,16 @@ def test_vectors_are_smoothed_too(turning):
     assert error(smoothed) < 0.8 * error(filtered)
     with pytest.raises(InvalidArgumentError, match="bingham_filter: expected sensors whose likelihood"):
         smooth_fixed_interval(BinghamFilter(Gyroscope(0.05), HeadingSensor(50.0)), start, seen, **given)
+
+
+def test_lengths_of_vectors_do_not_matter_and_none_is_missing():
+    f = BinghamFilter(RandomWalk(NOISE), [VectorSensor(FIELD, 50.0), HeadingSensor(20.0)])
+    vectors = np.array([[0.1, 0.3, -0.8], [0.2, 0.4, -0.7], [0.0, 0.5, -0.9]])
+    plain = f.run(Bingham.uniform(4), (vectors, None))
+    for size in (1e-200, 1e200):
+        scaled = f.run(Bingham.uniform(4), (size * vectors, None))
+        np.testing.assert_allclose(scaled.concentrations, plain.concentrations, rtol=1e-12, atol=1e-12)
+    assert plain.decision.tolist() == [[1, -1]] * 3
+    _, info = f.update(Bingham.uniform(4), (vectors[0], None))
+    assert info.decisions == (1, -1)
+    assert VectorSensor(FIELD, 50.0) == VectorSensor(2.0 * FIELD, 50.0) and len({*f.sensors, *f.sensors}) == 2

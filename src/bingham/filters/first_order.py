@@ -43,7 +43,7 @@ class BinghamFilter(RecursiveFilter[Bingham, BinghamTrack]):
     measurement_noise : Bingham or Sensor, or a sequence of them
         A Bingham distribution v stands for z = x ⊕ v; `bingham.models` has vectors and headings. With a sequence, a
         measurement is the numbers of all sensors in one row, or a tuple with one array for each; what a sensor did not
-        measure is NaN. They are used in their order.
+        measure is NaN, or None in the tuple. They are used in their order.
     noise_side : {"right", "left"}
         Side of noises and controls: "right" in the body frame, x' = x ⊕ u ⊕ w (Kurz); "left" in the world frame,
         x' = w ⊕ u ⊕ x (Glover). Models that name a side of their own keep it; a `Gyroscope` is fixed to the body.

@@ -20,7 +20,7 @@ from bingham.errors import BinghamError, InvalidArgumentError, RecordingWarning
 from bingham.filters.protocol import Filter, Info, State
 from bingham.filters.track import ACCEPTED, MISSING, REJECTED, BinghamTrack, Track
 from bingham.recording import as_seconds
-from bingham.validation import as_numbers, missing_rows
+from bingham.validation import as_numbers, check_number, missing_rows
 
 __all__ = ["Keep", "RecursiveFilter", "Rows", "each_step", "run", "time_steps", "warn_of_rejections"]
 
@@ -178,6 +178,8 @@ class RecursiveFilter(ABC, Generic[State, TrackT]):
 
 def time_steps(times: ArrayLike, start_time: float | None, count: int) -> FloatArray:
     """Return the seconds (T,) before each of ``count`` times, the first counted from start_time."""
+    if start_time is not None:
+        check_number(start_time, "start_time", "a finite time, s")
     t = as_seconds(times, "times")
     if t.shape != (count,):
         raise InvalidArgumentError("times", f"shape ({count},), one for each measurement", t.shape)

@@ -49,10 +49,12 @@ def _joined(sensors: Sequence[Sensor], z: Any, name: str) -> FloatArray:
         return a
     if len(z) != len(parts):
         raise InvalidArgumentError(name, f"one array for each of {len(parts)} sensors", f"a tuple of {len(z)}")
-    arrays = [as_numbers(x, f"{name}[{i}]") for i, x in enumerate(z)]
+    given = [None if x is None else as_numbers(x, f"{name}[{i}]") for i, x in enumerate(z)]
+    rows = next((a.shape[:-1] for a in given if a is not None), ())
+    arrays = [np.full((*rows, p.stop - p.start), np.nan) if a is None else a for a, p in zip(given, parts, strict=True)]
     for i, (a, part) in enumerate(zip(arrays, parts, strict=True)):
-        if a.shape != (*arrays[0].shape[:-1], part.stop - part.start):
-            expected = f"shape {(*arrays[0].shape[:-1], part.stop - part.start)}, for {type(sensors[i]).__name__}"
+        if a.shape != (*rows, part.stop - part.start):
+            expected = f"shape {(*rows, part.stop - part.start)}, for {type(sensors[i]).__name__}"
             raise InvalidArgumentError(f"{name}[{i}]", expected, f"shape {a.shape}")
     return np.concatenate(arrays, axis=-1)
 

@@ -121,6 +121,10 @@ def _checked(sensors: Sequence[Any], y: FloatArray, in_list: bool) -> FloatArray
         elif np.isinf(y[..., part]).any():
             row = int(np.argwhere(np.isinf(y[..., part]).any(axis=-1))[0][-1])
             raise InvalidArgumentError("measurements", "finite vectors, or NaN where missing", f"infinity at row {row}")
+        else:
+            # Only directions count; lengths whose squares are no numbers would make them vanish.
+            largest = np.abs(y[..., part]).max(axis=-1, keepdims=True)
+            y[..., part] /= np.where(largest > 0.0, largest, 1.0)
     return y
 
 

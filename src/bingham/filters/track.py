@@ -74,7 +74,7 @@ class Track(Generic[State]):
         span = f", {self.time[0]:.6g} to {self.time[-1]:.6g} s" if self.time is not None and len(self.time) else ""
         counts = [(int(x.sum()), name) for x, name in
                   ((self.accepted, "accepted"), (self.rejected, "rejected"), (self.missing, "missing"))]  # fmt: skip
-        told = ", ".join(f"{count} {name}" for count, name in counts if count)
+        told = ", ".join(f"{count} {name}" for count, name in counts if count) or "nothing"
         evidence = np.array2string(np.asarray(self.total_log_evidence), precision=6, threshold=4)
         return (
             f"<{type(self).__name__} of {batch}{len(self)} rows, d = {self.modes.shape[-1]}{span}: {told}; "
@@ -99,6 +99,9 @@ class Track(Generic[State]):
         """Return the track of the rows with start ≤ time < end, s."""
         if self.time is None:
             raise InvalidArgumentError("track", "one with times", "none", "give times= to run, or slice by rows")
+        for name, value in (("start", start), ("end", end)):
+            if not value == value:
+                raise InvalidArgumentError(name, "a time, s", value)
         return self[slice(*np.searchsorted(self.time, [start, end]).tolist())]
 
     @property

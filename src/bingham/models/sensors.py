@@ -175,7 +175,7 @@ class VectorSensor:
         if r.shape != (3,) or not (np.all(np.isfinite(r)) and np.linalg.norm(r) > 0.0):
             raise InvalidArgumentError("reference", "a finite non-zero vector (3,)", self.reference)
         check_number(self.concentration, "concentration", "a finite number > 0", above=0.0)
-        object.__setattr__(self, "reference", r / np.linalg.norm(r))
+        object.__setattr__(self, "reference", tuple((r / np.linalg.norm(r)).tolist()))
 
     def likelihood(self, z: ArrayLike, predicted: Bingham | None = None) -> Likelihood:
         """Return the likelihood of the measured body vector z (3,); only its direction counts."""
@@ -217,6 +217,7 @@ class HeadingSensor:
             raise InvalidArgumentError(
                 "reference", "a finite non-zero vector (2,) in the horizontal plane", self.reference
             )
+        object.__setattr__(self, "reference", tuple(r.tolist()))
 
     def likelihood(self, z: ArrayLike, predicted: Bingham) -> Likelihood:
         """Return the likelihood of the measured body vector z (3,) about the predicted mode."""
