@@ -28,7 +28,8 @@ def reject_counts(path: Path, values: Mapping[str, FloatArray], found: Found) ->
     """Raise an error if gyroscope and accelerometer hold the integers of a converter, and nobody told their scale."""
     force, rate = values.get("accelerometer"), values.get("gyroscope")
     if force is not None and _integers(force, found.factor.get("ax", 1.0)):
-        usual = float(np.nanmedian(np.linalg.norm(force, axis=1)))
+        with np.errstate(over="ignore"):
+            usual = float(np.nanmedian(np.linalg.norm(force, axis=1)))
         if not GRAVITY[0] < usual < GRAVITY[1]:
             raw = usual / found.factor.get("ax", 1.0)
             problem = f"integers, usually {raw:.4g} where gravity alone is 9.81 m/s²: raw counts"
@@ -42,8 +43,12 @@ def reject_counts(path: Path, values: Mapping[str, FloatArray], found: Found) ->
 
 def sensor_of_numbers(path: Path, values: FloatArray, layout: Layout, columns: list[int]) -> str:
     """Return which sensor columns x, y, z without unit are of, with a warning that names how to say so."""
-    norm = np.linalg.norm(values, axis=1)
-    usual, *steady = (float(np.nanquantile(norm, q)) for q in (0.5, 0.1, 0.9))
+    with np.errstate(over="ignore"):
+        norm = np.linalg.norm(values, axis=1)
+    norm = norm[np.isfinite(norm)]
+    if not norm.size:
+        raise RecordingError(path, "", "no row with a finite x, y and z", "record or copy it again")
+    usual, *steady = (float(np.quantile(norm, q)) for q in (0.5, 0.1, 0.9))
     x, y, z = (layout.names[k] for k in columns)
     if NEAR_ONE[0] < steady[0] <= steady[1] < NEAR_ONE[1]:
         hint = f"name them, as columns={{'gx': {x!r}, 'gy': {y!r}, 'gz': {z!r}}}"

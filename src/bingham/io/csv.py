@@ -110,6 +110,9 @@ def recording_of(
     if "gyroscope" in samples.streams:
         frame = earth_frame or samples.earth_frame or "ENU"
         return inertial_recording(path, place, samples.streams, rows, regularise=regularise, earth_frame=frame, **about)
+    if "orientation" not in rows:
+        there = " ".join(samples.streams)
+        raise RecordingError(path, "", f"{there} without a gyroscope", "give the gyroscope's file, too")
     return orientation_recording(path, place, rows, regularise=regularise, **about)
 
 

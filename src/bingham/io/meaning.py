@@ -30,8 +30,8 @@ class Meaning(NamedTuple):
     """What was found out about a file before it is read.
 
     ``found``: its columns of known meaning. ``preset``: its logger, if known. ``rate``: what its preamble says, Hz.
-    ``counter``: a column that counts samples. ``bare``: columns x, y, z of a sensor that their numbers must tell, or the words in
-    column ``label``, a row for each sensor. ``asked``: factors of the units that the caller names.
+    ``counter``: a column that counts samples. ``bare``: columns x, y, z of a sensor that their numbers must tell, or
+    the words in column ``label``, a row for each sensor. ``asked``: factors of the units that the caller names.
     """
 
     found: Found
