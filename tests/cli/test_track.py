@@ -286,16 +286,19 @@ def test_without_an_accelerometer_only_the_plain_filter_runs(bingham, tumbling, 
     np.savez(tmp_path / "typo.npz", t=tumbling.time, gyr=tumbling.gyroscope, accel=tumbling.accelerometer)
     given = ("--no-figure", "-o", tmp_path / "out")
     for name in ("gyro", "typo"):
-        result = bingham("track", tmp_path / f"{name}.npz", *given)
-        assert result.exit_code != 0
-        assert f"expected at least one accelerometer sample, got {name} without one; gravity shows" in result.stderr
+        result = bingham("track", tmp_path / f"{name}.npz", *given, "--json")
+        assert result.exit_code == 0, result.stderr
+        assert json.loads(result.stdout)["filter"] == "inertial, plain"
+        assert f"warning: {name}: no accelerometer: rotations are followed from a start that nothing" in result.stderr
         assert ("typo.npz: unknown fields left out: accel; known: " in result.stderr) == (name == "typo")
-    assert not (tmp_path / "out").exists()
+        smoothed = bingham("track", tmp_path / f"{name}.npz", *given, "--smooth")
+        assert smoothed.exit_code == 2
+        assert f"expected at least one accelerometer sample, got {name} without one; gravity shows" in smoothed.stderr
     write_npz(tmp_path / "empty.npz", replace(tumbling, accelerometer=np.full((tumbling.size, 3), np.nan)))
     assert "got empty without one" in bingham("track", tmp_path / "empty.npz", *given).stderr
     result = bingham("track", tmp_path / "gyro.npz", "--plain", *given)
     assert result.exit_code == 0
-    assert "warning: gyro: no accelerometer: turns are followed from a start that nothing shows" in result.stderr
+    assert "warning: gyro: no accelerometer: rotations are followed from a start that nothing shows" in result.stderr
 
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])

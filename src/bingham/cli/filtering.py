@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from functools import partial
 from time import thread_time
 from typing import TYPE_CHECKING, Any
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from bingham.distributions.bingham import Bingham
     from bingham.recording import ImuRecording, OrientationRecording
 
-__all__ = ["FilterOptions", "Filtering", "note", "orientation_noise", "pieces_of", "renamed", "rows_of"]
+__all__ = ["FilterOptions", "Filtering", "fitted", "note", "orientation_noise", "pieces_of", "renamed", "rows_of"]
 
 WARM_UP_SAMPLES = 3
 USUAL_NOISE = 0.04  # rad, the default of --measurement-noise: what a recording tells of itself takes its place
@@ -123,7 +123,8 @@ class Filtering:
             if self.options.plain and self.options.smooth:
                 raise InvalidArgumentError("--smooth", "the filter with bias", "--plain", "leave one of the two out")
             if isinstance(piece, ImuRecording) and piece.accelerometer is None:
-                note(f"{piece.name}: no accelerometer: turns are followed from a start that nothing shows")
+                what = "rotations are followed from a start that nothing shows; is it called by another name?"
+                note(f"{piece.name}: no accelerometer: {what}")
             return piece
         force = piece.accelerometer
         known = np.zeros(0, dtype=np.int64) if force is None else np.flatnonzero(np.isfinite(force[:, 0]))
@@ -209,6 +210,12 @@ def _measured_noise(recording: OrientationRecording, options: FilterOptions) -> 
         return options.measurement_noise
     note(f"{recording.name}: measurement noise {deviation:.3g} rad, the median of its covariances")
     return deviation
+
+
+def fitted(options: FilterOptions, recording: Any) -> FilterOptions:
+    """Return the options with the plain filter where there is no accelerometer, which the other one starts with."""
+    alone = getattr(recording, "accelerometer", recording) is None
+    return replace(options, plain=True) if alone and not options.smooth else options
 
 
 def pieces_of(recording: Any, options: FilterOptions) -> Iterator[Any]:

@@ -75,7 +75,7 @@ def _track(
     step: Callable[[str], None],
     check: Callable[[bool], None],
 ) -> dict[str, Any]:
-    from bingham.cli.filtering import Filtering, note, pieces_of, renamed, rows_of
+    from bingham.cli.filtering import Filtering, fitted, note, pieces_of, renamed, rows_of
     from bingham.cli.output import Files, Sketch, draw_track, joined, write_tum_of
     from bingham.cli.reading import read
     from bingham.cli.report import truth_of
@@ -89,15 +89,16 @@ def _track(
     if outputs.tum and isinstance(whole, OrientationRecording) and whole.dim != 4:
         raise InvalidArgumentError("--tum", "orientations in space", f"{path}, axes in the plane", "leave --tum out")
     check(isinstance(whole, OrientationRecording))
+    options = fitted(settings.filtering, whole)
     compared = whole.truth is not None or (isinstance(whole, ImuRecording) and whole.reference is not None)
-    entire = outputs.tum or outputs.bag or settings.filtering.plain or not isinstance(whole, ImuRecording)
+    entire = outputs.tum or outputs.bag or options.plain or not isinstance(whole, ImuRecording)
     thinned = 1 if compared or entire else max(1, -(-whole.size // DRAWN))
     keep = compared or outputs.tum or outputs.bag or outputs.figure
     step("filtering")
-    filtering, summary = Filtering(settings.filtering), Summary()
+    filtering, summary = Filtering(options), Summary()
     files = Files(folder, name, outputs)
     kept: list[Any] = []
-    for piece in pieces_of(whole, settings.filtering):
+    for piece in pieces_of(whole, options):
         part, track = filtering.run(piece)
         if part is None:
             continue
