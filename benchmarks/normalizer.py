@@ -24,7 +24,7 @@ def spectra(count: int, d: int = 4) -> np.ndarray:
 
 def measure() -> list[Row]:
     """Return the rows of this topic."""
-    from bingham.kernels.lanes import derivatives_lanes_4
+    from bingham.kernels.rows import derivatives_lanes
 
     n = 100_000
     z = spectra(n)
@@ -34,7 +34,7 @@ def measure() -> list[Row]:
         Row(
             TOPIC,
             "bingham, compiled batch",
-            best_of(lambda: derivatives_lanes_4(z, *out), per=n),
+            best_of(lambda: derivatives_lanes(z, *out), per=n),
             "distribution",
             True,
             1e-7,

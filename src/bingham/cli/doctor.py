@@ -97,7 +97,7 @@ def _version(package: str) -> str | None:
 
 def _kernel_cache() -> Path:
     """Return where Numba keeps the machine code of the kernels."""
-    import bingham.kernels.normalizer as some
+    import bingham.kernels.rule as some
 
     for value in vars(some).values():
         if (path := getattr(getattr(value, "_cache", None), "_cache_path", None)) is not None:

@@ -8,9 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from bingham.errors import InvalidArgumentError
-from bingham.kernels.batch import diagonalize_rows_4
-from bingham.kernels.normalizer import LARGEST
-from bingham.kernels.single import composed_2, composed_4
+from bingham.kernels.numpy_rule import LARGEST, diagonalize_one
 from bingham.rotations import compose, conjugate
 from bingham.validation import UNIT_TOLERANCE, as_numbers, unit_rows
 
@@ -101,8 +99,12 @@ def spectral(matrix: ArrayLike, name: str) -> tuple[FloatArray, FloatArray]:
             f"symmetrise it: ({name} + {name}.T) / 2",
         )
     d = a.shape[-1]
+    if a.ndim == 2:
+        return diagonalize_one(a)
     if d != 4:
         return np.linalg.eigh(a)
+    from bingham.kernels.rows import diagonalize_rows_4
+
     # LAPACK gives a good frame cheaply; Jacobi in that frame restores the relative accuracy of small eigenvalues.
     rows = a.reshape(-1, d, d)
     frames = np.ascontiguousarray(np.swapaxes(np.linalg.eigh(rows)[1], -1, -2))
@@ -133,6 +135,8 @@ def compose_spectra(
             f"shape {z.shape}",
             "compose batches one by one, or use BinghamFilter.run",
         )
+    from bingham.kernels.single import composed_2, composed_4
+
     if d == 2:
         return composed_2(z, frame, noise.mode, noise.tangent[0, 0])
     return composed_4(z, frame, noise.mode, noise.tangent, noise.weight, left)

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from bingham.distributions.algebra import compose_spectra, noise_parts, sample_rows, sorted_spectrum, spectral
 from bingham.distributions.libraries import elsewhere
-from bingham.distributions.normalizer import log_normalizer, log_normalizer_derivatives, solve_moments
+from bingham.distributions.normalizer import log_normalizer, moments, solve_moments, solve_spectrum
 from bingham.distributions.uncertainty import (
     covariance,
     credible_angle,
@@ -19,7 +19,6 @@ from bingham.distributions.uncertainty import (
     standard_errors,
 )
 from bingham.errors import InvalidArgumentError
-from bingham.kernels.envelope import sample
 from bingham.rotations import compose, conjugate
 from bingham.validation import as_generator, as_numbers, check_kind, check_number, integer, unit_rows
 
@@ -137,6 +136,13 @@ class Bingham:
         InvalidArgumentError
             If S is no such matrix; a singular S describes a distribution on a smaller sphere and is rejected.
         """
+        w, frame = cls._checked_moment(S)
+        z, log_f, _ = solve_moments(w)
+        return cls.from_spectrum(z, frame, log_f)
+
+    @staticmethod
+    def _checked_moment(S: ArrayLike) -> tuple[FloatArray, FloatArray]:
+        """Return the eigenvalues, ascending with sum 1, and eigenvectors of the argument of `from_moment`."""
         w, frame = spectral(S, "S")
         d = w.shape[-1]
         if not np.all(w[..., 0] > d * np.finfo(np.float64).eps * w[..., -1]):
@@ -149,8 +155,7 @@ class Bingham:
         total = w.sum(axis=-1)
         if not np.all(np.abs(total - 1.0) <= 1e-8):
             raise InvalidArgumentError("S", "trace 1 within 1e-8", total, "divide by the trace")
-        z, log_f, _ = solve_moments(w / total[..., None])
-        return cls.from_spectrum(z, frame, log_f)
+        return w / total[..., None], frame
 
     @classmethod
     def fit(
@@ -209,12 +214,14 @@ class Bingham:
             share = (prior / (count + prior))[..., None, None]
             moment, count = (1.0 - share) * moment + share * np.eye(a.shape[-1]) / a.shape[-1], count + prior
         try:
-            fitted = cls.from_moment(moment)
-            return fitted if not bias_corrected else cls.from_spectrum(*_corrected(fitted, count))
+            w, frame = cls._checked_moment(moment)
         except InvalidArgumentError:
             hint = "add samples" if n < a.shape[-1] else "drop the axis they lack or add their noise variance"
             expected = f"at least d = {a.shape[-1]} different axes that span the space"
             raise InvalidArgumentError("x", expected, f"{n} samples on a smaller sphere", hint) from None
+        z, log_f = solve_spectrum(w)
+        fitted = cls.from_spectrum(z, frame, log_f)
+        return fitted if not bias_corrected else cls.from_spectrum(*_corrected(fitted, count))
 
     @classmethod
     def uniform(cls, d: int) -> Self:
@@ -270,7 +277,7 @@ class Bingham:
     def axis_moments(self) -> FloatArray:
         """ω (..., d) = E[(mᵢᵀ x)²] of the principal axes, ascending, sum 1."""
         if self._w is None:
-            object.__setattr__(self, "_w", log_normalizer_derivatives(self._z)[1])
+            object.__setattr__(self, "_w", moments(self._z))
         assert self._w is not None
         return self._w
 
@@ -322,6 +329,8 @@ class Bingham:
         rng : None, int or numpy.random.Generator
             Passed to ``numpy.random.default_rng``; the same seed gives the same samples.
         """
+        from bingham.kernels.envelope import sample
+
         generator = as_generator(rng)
         try:
             dims = () if size is None else tuple(map(index, np.atleast_1d(size)))
@@ -455,7 +464,7 @@ class Bingham:
     ) -> Self:
         """Return the distribution about the unit quaternion mode (..., 4) with `covariance` (..., 3, 3), rad²."""
         w, axes = moment_from_covariance(unit_rows(mode, 4, "mode"), covariance, frame)
-        z, log_f, _ = solve_moments(w)
+        z, log_f = solve_spectrum(w)
         return cls.from_spectrum(z, axes, log_f)
 
     def _check_same_dimension(self, other: Bingham) -> None:

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from bingham.distributions.normalizer import log_normalizer_derivatives, solve_moments
 from bingham.errors import ConvergenceError
 
 __all__ = ["bounded_concentrations"]
@@ -38,19 +39,11 @@ def bounded_concentrations(w: FloatArray, ceiling: float) -> tuple[FloatArray, A
         If Newton's method on the free entries does not settle.
     """
     # ω = 1/(4 ceiling) belongs to |z| of about twice the ceiling: entries below it certainly end on the bound.
-    from bingham.kernels.moments import concentrations
-
     d = w.shape[-1]
     moments = w.reshape(-1, d)
-    z, log_f = np.empty(moments.shape), np.empty(len(moments))
-    gradient, hessian = np.empty(d), np.empty((d, d))
+    clamped = np.maximum(moments, 0.25 / ceiling)
+    z, log_f, _ = solve_moments(clamped / clamped.sum(axis=-1, keepdims=True))
     for k, row in enumerate(moments):
-        clamped = np.maximum(row, 0.25 / ceiling)
-        log_f[k], evaluations = concentrations(clamped / clamped.sum(), z[k], gradient, hessian)
-        if evaluations < 0:
-            raise ConvergenceError(f"concentrations: Newton's method did not converge for moments {row}", z[k])
-        log_f[k] -= z[k, -1]
-        z[k] -= z[k, -1]
         if z[k, 0] < -ceiling or row[0] < 0.25 / ceiling:
             z[k], log_f[k] = _bounded_row(np.maximum(z[k], -ceiling), row, ceiling)
     return z.reshape(w.shape), log_f.reshape(w.shape[:-1])[()]
@@ -58,11 +51,8 @@ def bounded_concentrations(w: FloatArray, ceiling: float) -> tuple[FloatArray, A
 
 def _bounded_row(z: FloatArray, w: FloatArray, ceiling: float) -> tuple[FloatArray, float]:
     """Projected Newton for one row, from a start z within the bounds."""
-    from bingham.kernels.rule import log_normalizer_derivatives
-
-    gradient, hessian = np.empty(z.size), np.empty((z.size, z.size))
     for _ in range(MAX_STEPS):
-        log_f = log_normalizer_derivatives(z, gradient, hessian)
+        log_f, gradient, hessian = log_normalizer_derivatives(z)
         residual = w - gradient
         # Entries on the bound stay there while the likelihood wants them beyond it.
         free = np.flatnonzero((z[:-1] > -ceiling) | (residual[:-1] > 0.0))

@@ -48,7 +48,7 @@ def distributions_of_moments(moments: FloatArray, rows: FloatArray, max_concentr
 
     Jacobi's method in the frame of the last distributions keeps the relative accuracy of small eigenvalues.
     """
-    from bingham.kernels.eigen import diagonalize
+    from bingham.kernels.linalg import diagonalize
 
     values, frames = np.empty(moments.shape[:-1]), np.array(rows)
     for k in range(len(moments)):

@@ -10,17 +10,18 @@ from numpy.typing import ArrayLike, NDArray
 
 from bingham.distributions.libraries import elsewhere
 from bingham.errors import AccuracyWarning, ConvergenceError, InvalidArgumentError
-from bingham.kernels.batch import concentrations_rows, concentrations_rows_4, derivatives_rows
-from bingham.kernels.lanes import derivatives_lanes_4
-from bingham.kernels.normalizer import LARGEST
+from bingham.kernels.numpy_rule import LARGEST, RULE_DIMENSION, log_normalizer_few, moments_few, newton_one
 from bingham.kernels.threads import by_rows
 
-__all__ = ["concentrations", "log_normalizer", "log_normalizer_derivatives", "moments", "solve_moments"]
+__all__ = ["concentrations", "log_normalizer", "log_normalizer_derivatives", "moments", "solve_moments",
+           "solve_spectrum"]  # fmt: skip
 
 FloatArray = NDArray[np.float64]
 
 # The contour loses digits slowly in high dimension; to here it is checked to 1e-10 against 40-digit references.
 CHECKED_DIMENSION = 50
+# Up to this many single values NumPy is as quick as compiled code, which takes a second to load and more to compile.
+FEW = 16
 # Moments must sum to one within this; the rest is rounding and is divided out.
 SUM_TOLERANCE = 1e-8
 
@@ -43,6 +44,17 @@ def _rejection(row: FloatArray) -> InvalidArgumentError:
     if not np.all(np.isfinite(row)):
         return InvalidArgumentError("z", "finite concentrations", row[~np.isfinite(row)][0])
     return InvalidArgumentError("z", f"concentrations that differ by at most {LARGEST:g}", row.min() - row.max())
+
+
+def _are_few(z: FloatArray) -> bool:
+    """Whether NumPy serves these concentrations; if so they are checked."""
+    d = z.shape[-1]
+    if d > RULE_DIMENSION or not 0 < z.size <= FEW * d:
+        return False
+    wrong = ~(np.ptp(z, axis=-1) <= LARGEST)
+    if wrong.any():
+        raise _rejection(z[wrong][0] if z.ndim > 1 else z)
+    return True
 
 
 def log_normalizer(z: Any) -> Any:
@@ -76,7 +88,10 @@ def log_normalizer(z: Any) -> Any:
     True
     """
     there = elsewhere(z, "log_normalizer")
-    return log_normalizer_derivatives(z)[0] if there is None else there(z)
+    if there is not None:
+        return there(z)
+    a = _rows(z, "z")
+    return log_normalizer_few(a)[()] if _are_few(a) else log_normalizer_derivatives(a)[0]
 
 
 def log_normalizer_derivatives(z: ArrayLike) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -84,11 +99,13 @@ def log_normalizer_derivatives(z: ArrayLike) -> tuple[FloatArray, FloatArray, Fl
 
     ωᵢ = ∂ log F/∂zᵢ = E[xᵢ²] and ∂ωᵢ/∂zⱼ = Cov(xᵢ², xⱼ²) for x with density exp(Σ zᵢ xᵢ²)/F.
     """
+    from bingham.kernels.rows import derivatives_lanes, derivatives_rows
+
     a = _rows(z, "z")
     rows = np.ascontiguousarray(a.reshape(-1, a.shape[-1]))
     n, d = rows.shape
     log_f, gradient, hessian = np.empty(n), np.empty((n, d)), np.empty((n, d, d))
-    kernel = derivatives_lanes_4 if d == 4 else derivatives_rows
+    kernel = derivatives_lanes if d <= RULE_DIMENSION else derivatives_rows
     for start, found in by_rows(kernel, rows, log_f, gradient, hessian, row_us=0.1):
         if found >= 0:
             raise _rejection(rows[start + found])
@@ -110,7 +127,10 @@ def moments(z: Any) -> Any:
     array([0.5, 0.5])
     """
     there = elsewhere(z, "moments")
-    return log_normalizer_derivatives(z)[1] if there is None else there(z)
+    if there is not None:
+        return there(z)
+    a = _rows(z, "z")
+    return moments_few(a) if _are_few(a) else log_normalizer_derivatives(a)[1]
 
 
 def concentrations(w: Any) -> Any:
@@ -164,10 +184,12 @@ def solve_moments(w: ArrayLike) -> tuple[FloatArray, FloatArray, NDArray[np.int6
             f"sum {worst!r}",
             "divide by the sum if they are unnormalised moments",
         )
+    from bingham.kernels.rows import newton_rows, newton_rows_4
+
     d = a.shape[-1]
     rows = np.ascontiguousarray((a / total).reshape(-1, d))
     z, log_f, evaluations = np.empty_like(rows), np.empty(len(rows)), np.empty(len(rows), dtype=np.int64)
-    by_rows(concentrations_rows_4 if d == 4 else concentrations_rows, rows, z, log_f, evaluations, row_us=0.4)
+    by_rows(newton_rows_4 if d <= RULE_DIMENSION else newton_rows, rows, z, log_f, evaluations, row_us=0.4)
     if np.any(evaluations < 0):
         worst_row = int(np.argmin(evaluations))
         raise ConvergenceError(
@@ -175,3 +197,12 @@ def solve_moments(w: ArrayLike) -> tuple[FloatArray, FloatArray, NDArray[np.int6
         )
     shape = a.shape[:-1]
     return z.reshape(a.shape), log_f.reshape(shape)[()], evaluations.reshape(shape)
+
+
+def solve_spectrum(w: FloatArray) -> tuple[FloatArray, Any]:
+    """Return z (..., d) and log F(z) (...) for checked moments w (..., d), ascending: z is sorted, its last entry 0."""
+    if w.ndim == 1 and w.size <= RULE_DIMENSION:
+        z, log_f, evaluations = newton_one(w)
+        if evaluations > 0:
+            return z, log_f
+    return solve_moments(w)[:2]

@@ -14,7 +14,7 @@ from bingham.distributions.checks import check_distribution
 from bingham.errors import InvalidArgumentError
 from bingham.filters.gate import Gate
 from bingham.filters.run import warn_of_rejections
-from bingham.filters.sequence import bingham_track, run_quaternions, sensor_table
+from bingham.filters.sequence import bingham_track, run_sequences, sensor_table
 from bingham.filters.track import MISSING, BinghamTrack
 from bingham.kernels.gap import PACE_STATE, bridge_gaps
 from bingham.kernels.lowpass import LOWPASS_STATE, average_specific_force
@@ -168,7 +168,7 @@ class InertialFilter:
         variances = self.gyroscope_noise_density**2 * steps + gaps
         # A sample speaks for the time since the last one, but not for a gap.
         shares = np.where(steps > 0.0, np.minimum(steps, LONGEST_SHARE), FIRST_SHARE)
-        results = run_quaternions(
+        results = run_sequences(
             motion=None,
             variances=variances,
             left=False,

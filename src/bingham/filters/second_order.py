@@ -130,7 +130,7 @@ class SecondOrderBinghamFilter(RecursiveFilter[SpinState, Track[SpinState]]):
 
         The orientation moves by the spin that it had before (x' = v ⊗ x), which u and w change for the next step.
         """
-        from bingham.kernels.second_order import composed_spin
+        from bingham.kernels.single import composed_spin
 
         check_kind(state, SpinState, "state", "start from SpinState(orientation, spin)")
         u = None if control is None else unit_row(control, 4, "control")
@@ -209,7 +209,7 @@ def _conditioned(before: Prediction, y: FloatArray, sensor: OrientationSensor) -
     For s ≠ 1 v^s is linear in v around the mode of the result, which is found by repetition (Gauss and Newton's way):
     then the likelihood of v^s, a quadratic form, is one of v.
     """
-    from bingham.kernels.second_order import conditioned_spin
+    from bingham.kernels.single import conditioned_spin
 
     x, v = before.orientation, before.spin
     if before.exponent == 1.0:

@@ -20,7 +20,7 @@ from bingham.models.sensors import HeadingSensor, OrientationSensor, Sensor, Vec
 from bingham.rotations import from_rotation_vector
 from bingham.validation import unit_or_missing
 
-__all__ = ["bingham_track", "has_loop", "run_compiled", "run_quaternions", "sensor_table"]
+__all__ = ["bingham_track", "has_loop", "run_compiled", "run_sequences", "sensor_table"]
 
 FloatArray = NDArray[np.float64]
 
@@ -57,18 +57,14 @@ def run_compiled(
     steps = np.ones(length) if rows.steps is None else rows.steps
     variances = None if isinstance(motion, RandomWalk) else motion.variances(steps)
     thresholds = [np.inf if gate is None else gate.threshold(_rank(sensor, d)) for sensor in sensors]
-    z = np.array(np.broadcast_to(prior.z, (count, d)))
-    frames = np.array(np.broadcast_to(np.swapaxes(prior.M, -1, -2), (count, d, d)))
+    # One compiled version serves all calls: every array writable and contiguous.
+    z = np.array(np.broadcast_to(prior.z, (count, d)), order="C")
+    frames = np.array(np.broadcast_to(np.swapaxes(prior.M, -1, -2), (count, d, d)), order="C")
+    y = np.require(y, requirements=["C", "W"])
     kept = 1 if rows.keep == "last" else length
-    if d == 2:
-        results = _run_2(motion, sensors[0], thresholds[0], variances, z, frames, controls, y, kept)
-    else:
-        table = sensor_table(sensors, thresholds)
-        shares = np.ones(1)
-        left = bool(getattr(motion, "left", False))
-        results = run_quaternions(
-            motion, variances, left, table, z, frames, controls, np.ascontiguousarray(y), shares, kept
-        )
+    table = sensor_table(sensors, thresholds, d)
+    left = bool(getattr(motion, "left", False))
+    results = run_sequences(motion, variances, left, table, z, frames, controls, y, np.ones(1), kept)
     unusable = np.argwhere(results[4] < -1)
     if len(unusable):
         b, t, s = (int(i) for i in unusable[0])
@@ -133,8 +129,8 @@ def _rank(sensor: Any, d: int) -> int:
     return d - 1 if isinstance(sensor, OrientationSensor) else 2 if isinstance(sensor, VectorSensor) else 1
 
 
-def sensor_table(sensors: Sequence[Any], thresholds: Sequence[float]) -> Any:
-    """Return the sensors of a quaternion filter as `kernels.sensors` takes them."""
+def sensor_table(sensors: Sequence[Any], thresholds: Sequence[float], d: int = 4) -> Any:
+    """Return the sensors of a filter of dimension d as `kernels.sensors` takes them."""
     from bingham.kernels import sensors as kernel
 
     count = len(sensors)
@@ -144,8 +140,8 @@ def sensor_table(sensors: Sequence[Any], thresholds: Sequence[float]) -> Any:
         threshold=np.array(thresholds),
         concentration=np.zeros(count),
         reference=np.zeros((count, 3)),
-        noise_z=np.zeros((count, 4)),
-        noise_frame=np.zeros((count, 4, 4)),
+        noise_z=np.zeros((count, d)),
+        noise_frame=np.zeros((count, d, d)),
         log_normalizer=np.zeros(count),
         left=np.array([bool(getattr(sensor, "left", False)) for sensor in sensors]),
     )
@@ -160,7 +156,7 @@ def sensor_table(sensors: Sequence[Any], thresholds: Sequence[float]) -> Any:
     return table
 
 
-def run_quaternions(
+def run_sequences(
     motion: Any,
     variances: FloatArray | None,
     left: bool,
@@ -176,20 +172,22 @@ def run_quaternions(
     from bingham.kernels import sensors as kernel
     from bingham.kernels.threads import by_rows
 
+    d = z.shape[-1]
     weights = np.empty(0)
-    mode, tangents, rest = np.eye(4)[0], np.zeros((1, 3, 3)), np.ones(1)
+    mode, tangents, rest = np.eye(d)[0], np.zeros((1, d - 1, d - 1)), np.ones(1)
     if variances is None:
         parts = motion.parts
         mode, tangents, rest = np.array(parts.mode), np.array(parts.tangent)[None], np.array([parts.weight])
     elif variances.ndim == 1:
-        weights = diffusion_weight(variances, 4)
+        weights = diffusion_weight(variances, d)
     else:
         moments = brownian_moments(variances)
         tangents, rest = moments[..., None] * np.eye(3), 1.0 - moments.sum(axis=-1)
     count, sensor_count = len(z), len(sensors.kind)
+    loop = kernel.run_sequences if d == 4 else kernel.run_2
     results = kernel.Kept(
-        np.empty((count, kept, 4)),
-        np.empty((count, kept, 4, 4)),
+        np.empty((count, kept, d)),
+        np.empty((count, kept, d, d)),
         np.empty((count, kept)),
         np.empty((count, kept, sensor_count)),
         np.empty((count, kept, sensor_count), dtype=np.int8),
@@ -197,33 +195,10 @@ def run_quaternions(
 
     def run(z: FloatArray, frames: FloatArray, turns: FloatArray, y: FloatArray, *out: Any) -> None:
         moved = kernel.Motion(turns, left, weights, mode, tangents, rest, left)
-        kernel.run_sequences(z, frames, moved, y, sensors, shares, kernel.Kept(*out))
+        loop(z, frames, moved, y, sensors, shares, kernel.Kept(*out))
 
     by_rows(run, z, frames, controls, y, *results, row_us=(0.7 + 0.5 * sensor_count) * y.shape[1])
     return results
-
-
-def _run_2(
-    motion: Any, sensor: Any, threshold: float, variances: FloatArray | None, z: FloatArray, frames: FloatArray,
-    controls: FloatArray, y: FloatArray, kept: int,
-) -> tuple[Any, ...]:  # fmt: skip
-    from bingham.kernels import step
-    from bingham.kernels.threads import by_rows
-
-    count = len(z)
-    weights = np.empty(0) if variances is None else diffusion_weight(variances, 2)
-    mode = np.eye(2)[0] if variances is not None else np.array(motion.parts.mode)
-    variance = 0.0 if variances is not None else float(motion.parts.tangent[0, 0])
-    sensed = (float(sensor.noise.z[0]), np.array(sensor.mode), float(sensor.noise.log_normalizer), threshold)
-    out_z, out_frames = np.empty((count, kept, 2)), np.empty((count, kept, 2, 2))
-    evidence, nis, decision = np.empty((count, kept)), np.empty((count, kept)), np.empty((count, kept), dtype=np.int8)
-
-    def run(z: FloatArray, frames: FloatArray, turns: FloatArray, y: FloatArray, *out: FloatArray) -> None:
-        step.run_many_2(z, frames, turns, weights, mode, variance, y, *sensed, *out)
-
-    by_rows(run, z, frames, controls, y, out_z, out_frames, evidence, nis, decision, row_us=0.4 * y.shape[1])
-    columns = np.ascontiguousarray(np.swapaxes(out_frames, -1, -2))
-    return out_z, columns, evidence, nis[..., None], decision[..., None]
 
 
 def _controls(motion: Any, rows: Rows, count: int, length: int) -> FloatArray:
@@ -249,4 +224,4 @@ def _controls(motion: Any, rows: Rows, count: int, length: int) -> FloatArray:
         rotations = unit_or_missing(controls, d, "controls")
         if np.isnan(rotations).any():
             raise InvalidArgumentError("controls", f"{length} known rotations without gaps", rotations.shape)
-    return np.ascontiguousarray(np.broadcast_to(rotations, (count, length, d)))
+    return np.array(np.broadcast_to(rotations, (count, length, d)), order="C")

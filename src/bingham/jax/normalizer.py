@@ -172,7 +172,7 @@ def _solve(h: Any, v: Any) -> Any:
 
 
 def _newton(w: Any) -> Any:
-    """The iteration of `kernels.moments` until the last row has converged; NaN for rows that are no moments."""
+    """The iteration of `kernels.newton` until the last row has converged; NaN for rows that are no moments."""
     order = jnp.argsort(w, -1)
     w = jnp.take_along_axis(w, order, -1)
     s2, s3 = (w**2).sum(-1, keepdims=True), (w**3).sum(-1, keepdims=True)

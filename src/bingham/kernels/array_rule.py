@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from bingham.kernels.contour import CROSSING, DECAY, NODES
-from bingham.kernels.normalizer import CI, CR, RULE_DIMENSION, SI, SR
+from bingham.kernels.numpy_rule import CI, CR, RULE_DIMENSION, SI, SR
 
 __all__ = ["derivatives_array", "repeat"]
 

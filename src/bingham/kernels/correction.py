@@ -18,6 +18,7 @@ import math
 import numpy as np
 
 from bingham.kernels.compile import compiled
+from bingham.kernels.linalg import solve
 
 __all__ = ["correct_moments"]
 
@@ -26,35 +27,6 @@ MAX_STEPS = 60
 FLOOR = 5e-15
 # Largest entry of E: keeps the linearisation meaningful.
 LARGEST_STEP = 0.5
-
-
-@compiled()
-def _solve(a, b):
-    """Solve a x = b in place by elimination with row pivots; a (p, p) and b (p,) are destroyed, x is left in b."""
-    p = b.size
-    for k in range(p):
-        pivot = k
-        for i in range(k + 1, p):
-            if abs(a[i, k]) > abs(a[pivot, k]):
-                pivot = i
-        if a[pivot, k] == 0.0:
-            return False
-        if pivot != k:
-            for j in range(p):
-                a[k, j], a[pivot, j] = a[pivot, j], a[k, j]
-            b[k], b[pivot] = b[pivot], b[k]
-        for i in range(k + 1, p):
-            t = a[i, k] / a[k, k]
-            if t != 0.0:
-                for j in range(k + 1, p):
-                    a[i, j] -= t * a[k, j]
-                b[i] -= t * b[k]
-    for k in range(p - 1, -1, -1):
-        t = b[k]
-        for j in range(k + 1, p):
-            t -= a[k, j] * b[j]
-        b[k] = t / a[k, k]
-    return True
 
 
 @compiled()
@@ -151,7 +123,7 @@ def correct_moments(points, w):
                             a[r, q] += 1.0
                         q += 1
                 r += 1
-        if not _solve(a, b):
+        if not solve(a, b):
             break
         q = 0
         largest = 0.0

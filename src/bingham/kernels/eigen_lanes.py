@@ -1,6 +1,6 @@
 """Symmetric 4×4 eigenproblems over many matrices at once: one matrix to each lane of the vector unit.
 
-The cyclic Jacobi sweeps of `eigen.diagonalize_4` without their jumps, in the layout of `kernels.lanes`: each row of a
+The cyclic Jacobi sweeps of `linalg.diagonalize_4` without their jumps, in the layout of `kernels.rows`: each row of a
 flat work array, ``LANES`` entries long, holds one entry of every matrix. All lanes sweep until the last has converged.
 """
 
@@ -11,7 +11,7 @@ import math
 import numpy as np
 
 from bingham.kernels.compile import compiled
-from bingham.kernels.lanes import LANES
+from bingham.kernels.rows import LANES
 
 __all__ = ["diagonalize_lanes_4"]
 
@@ -29,7 +29,7 @@ FRAME = 10
 def _rotate(w, size, p, q, x, a, b, c, d):
     """Clear row x between the diagonal rows p, q in every lane; (a, b), (c, d) are the other pairs of rows (pr, qr).
 
-    Returns whether a lane was not nearly diagonal yet. t = x/θ-form of `eigen._rotation`.
+    Returns whether a lane was not nearly diagonal yet. t = x/θ-form of `linalg._rotation`.
     """
     busy = 0
     fp, fq = FRAME + 4 * p, FRAME + 4 * q

@@ -1,4 +1,4 @@
-"""Matrices from their spectral forms, many at once; frames hold eigenvectors by rows, as in `kernels.eigen`."""
+"""Matrices from their spectral forms, many at once; frames hold eigenvectors by rows, as in `kernels.linalg`."""
 
 from __future__ import annotations
 

@@ -6,7 +6,7 @@ import math
 
 from bingham.kernels.compile import compiled
 
-__all__ = ["from_rotation_vector", "product", "rotate_rows_left", "rotate_rows_right"]
+__all__ = ["from_rotation_vector", "product", "rotate_rows"]
 
 
 @compiled(inline=True)
@@ -34,19 +34,14 @@ def from_rotation_vector(x, y, z):
     return c, s * x, s * y, s * z
 
 
-@compiled()
-def rotate_rows_right(frame, q):
-    """Replace every row f of frame (n, 4) by f ⊗ q, in place."""
+@compiled(exact=True)
+def rotate_rows(frame, q, left):
+    """Replace every row f of frame (n, 4) by f ⊗ q (left: q ⊗ f), in place."""
+    s = -1.0 if left else 1.0
     w, x, y, z = q[0], q[1], q[2], q[3]
     for j in range(frame.shape[0]):
-        a, b, c, d = product(frame[j, 0], frame[j, 1], frame[j, 2], frame[j, 3], w, x, y, z)
-        frame[j, 0], frame[j, 1], frame[j, 2], frame[j, 3] = a, b, c, d
-
-
-@compiled()
-def rotate_rows_left(q, frame):
-    """Replace every row f of frame (n, 4) by q ⊗ f, in place."""
-    w, x, y, z = q[0], q[1], q[2], q[3]
-    for j in range(frame.shape[0]):
-        a, b, c, d = product(w, x, y, z, frame[j, 0], frame[j, 1], frame[j, 2], frame[j, 3])
-        frame[j, 0], frame[j, 1], frame[j, 2], frame[j, 3] = a, b, c, d
+        a, b, c, d = frame[j, 0], frame[j, 1], frame[j, 2], frame[j, 3]
+        frame[j, 0] = a * w - b * x - c * y - d * z
+        frame[j, 1] = a * x + b * w + s * (c * z - d * y)
+        frame[j, 2] = a * y + c * w + s * (d * x - b * z)
+        frame[j, 3] = a * z + d * w + s * (b * y - c * x)

@@ -7,13 +7,13 @@ import math
 import numpy as np
 
 from bingham.kernels.compile import compiled
-from bingham.kernels.eigen import diagonalize, diagonalize_4, orthonormalize_4
-from bingham.kernels.moments import concentrations, concentrations_4
+from bingham.kernels.linalg import diagonalize, diagonalize_4, orthonormalize_4
+from bingham.kernels.newton import newton
 
 __all__ = ["fraction", "refit"]
 
 
-@compiled()
+@compiled(exact=True)
 def refit(moment, m, minimum):
     """Return (z, M, log F, ω, smallest eigenvalue) with this second moment (d, d), eigenvalues ≥ `minimum`.
 
@@ -36,14 +36,11 @@ def refit(moment, m, minimum):
         total += w[i]
     for i in range(d):
         w[i] /= total
-    if d == 4:
-        log_f, evaluations = concentrations_4(w, z)
-    else:
-        log_f, evaluations = concentrations(w, z, np.empty(d), np.empty((d, d)))
+    log_f, evaluations = newton(w, z)
     return z, np.ascontiguousarray(frame.T), log_f if evaluations > 0 else math.nan, w, smallest
 
 
-@compiled()
+@compiled(exact=True)
 def _share(weights, log_likelihood, top, power):
     """(Σ w r)²/Σ w r² with r = exp(power·(log-likelihood − top)), in (0, 1]: the share of effective samples."""
     first = second = 0.0
@@ -54,7 +51,7 @@ def _share(weights, log_likelihood, top, power):
     return first * first / second
 
 
-@compiled()
+@compiled(exact=True)
 def fraction(weights, log_likelihood, minimum, remaining):
     """Return the largest power ≤ remaining whose effective share is `minimum` of what a vanishing power leaves.
 

@@ -1,4 +1,10 @@
-"""The rule that suits each dimension: unrolled 8 nodes for d = 4, 8 nodes to `RULE_DIMENSION`, a parabola beyond."""
+"""The 8-node rule of `kernels.numpy_rule`, compiled: normaliser and derivatives for d ≤ 4.
+
+One code serves d = 2, 3 and 4: a factor s^{½} in the weights cancels an axis with z = 0, so that a smaller sphere is
+the d = 4 rule with weights cₖ sₖ^{(4−d)/2} and zᵢ = 0 on the axes d − 1 … 2, whose derivatives nobody reads.
+
+Every function here wants its largest z, 0, last and |z| ≤ ``LARGEST``; the facades see to both.
+"""
 
 from __future__ import annotations
 
@@ -7,70 +13,133 @@ import math
 import numpy as np
 
 from bingham.kernels.compile import compiled
-from bingham.kernels.contour import CROSSING, DECAY, NODES
-from bingham.kernels.normalizer import CI, CR, RULE_DIMENSION, SI, SR, derivatives, derivatives_4
+from bingham.kernels.numpy_rule import CI, CR, LOG_FRONT, SI, SR
 
-__all__ = ["log_normalizer_derivatives", "parabola", "saddlepoint"]
+__all__ = ["WEIGHTS_I", "WEIGHTS_R", "moments_2", "moments_4", "node_4", "sums_4"]
 
-RULE_NODES, RULE_WEIGHTS = SR + 1j * SI, CR + 1j * CI
-
-
-@compiled()
-def saddlepoint(z):
-    """Positive root s of Σ ½/(s − zᵢ) = 1 for max z = 0: where the contour of a high dimension should cross."""
-    d = z.size
-    s = 0.5
-    for _ in range(100):
-        f, g = -1.0, 0.0
-        for i in range(d):
-            t = 0.5 / (s - z[i])
-            f += t
-            g += t / (s - z[i])
-        # Newton on 1/Σ, which is concave and increasing: from the left of the root it never crosses it.
-        step = f * (f + 1.0) / g
-        s += step
-        if abs(step) <= 1e-6 * s:
-            break
-    return s
+# Weights for d = 2, 3, 4 in rows 0, 1, 2: see above.
+_weights = np.array([(CR + 1j * CI) * (SR + 1j * SI) ** (0.5 * (4 - d)) for d in (2, 3, 4)])
+WEIGHTS_R, WEIGHTS_I = np.ascontiguousarray(_weights.real), np.ascontiguousarray(_weights.imag)
+LOG_FRONT_4 = float(LOG_FRONT[2])
 
 
-@compiled()
-def parabola(z, nodes, weights):
-    """Write the contour of `kernels.contour` for z (d,), max 0, as nodes and weights (n,) for `derivatives`.
+@compiled(inline=True, exact=True)
+def node_4(sr, si, cr, ci, z0, z1, z2):
+    """Return what the node s = sr + i·si with weight cr + i·ci adds to the sums for d = 4 and z₃ = 0.
 
-    Returns the shift: F = 2 π^{d/2} e^{shift} Σₖ Im[weightsₖ ∏ᵢ (shift + nodesₖ − zᵢ)^{−1/2}].
+    With t = c ∏ᵢ (s − zᵢ)^{−1/2} that is Im t, then Im t/(s − zᵢ) for i = 0…3, then Im t/((s − zᵢ)(s − zⱼ)) for
+    ij = 00, 01, 02, 11, 12, 22. Written for short chains of dependent operations, and without jumps.
     """
-    mu = max(saddlepoint(z), CROSSING)
-    low, high = 0.0, 2.5 * DECAY / mu
-    for _ in range(10):
-        middle = 0.5 * (low + high)
-        decay = mu * middle
-        for i in range(z.size):
-            a, b = mu * (1.0 - middle) - z[i], mu - z[i]
-            decay += 0.25 * math.log((a * a + 4.0 * mu * mu * middle) / (b * b))
-        if decay < DECAY:
-            low = middle
-        else:
-            high = middle
-    n = nodes.size
-    h = math.sqrt(high) / n
-    for k in range(n):
-        w = complex(1.0, (k + 0.5) * h)
-        s = mu * w * w
-        # `derivatives` wants s − shift, and divides its factors by 1 + shift − zᵢ: shift = μ − 1.
-        nodes[k] = s - mu + 1.0
-        weights[k] = 2.0 * mu * h / math.pi * 1j * w * np.exp(nodes[k])
-    return mu - 1.0
+    a0, a1, a2 = sr - z0, sr - z1, sr - z2
+    ss = si * si
+    m0, m1, m2, m3 = a0 * a0 + ss, a1 * a1 + ss, a2 * a2 + ss, sr * sr + ss
+    # One root of the product r of all four factors, |r|² = ∏ mᵢ; n = 1/|r|².
+    m01, m23 = m0 * m1, m2 * m3
+    pr, pi = a0 * a1 - ss, si * (a0 + a1)
+    qr, qi = a2 * sr - ss, si * (a2 + sr)
+    rr, ri = pr * qr - pi * qi, pr * qi + pi * qr
+    n = 1.0 / (m01 * m23)
+    size = math.sqrt(m01 * m23)
+    x = 0.5 * (size + abs(rr))
+    t = math.sqrt(x)
+    u = 0.5 * ri * t * (1.0 / x)
+    # The root with positive imaginary part; √p·√q of the pairs' own such roots, whose arguments add, is its negative if
+    # their sum exceeds 2π: if neither or, where one pair lies above the real axis, if r lies on or above it.
+    low = ri < 0.0
+    left = rr < 0.0
+    xr = u if left else (-t if low else t)
+    xi = t if left else abs(u)
+    above = pi > 0.0
+    negative = (not low) if above != (qi > 0.0) else (not above)
+    k = size * n
+    k = -k if negative else k
+    fr, fi = (cr * xr + ci * xi) * k, (ci * xr - cr * xi) * k
+    m01 *= n
+    m23 *= n
+    n0, n1, n2, n3 = m23 * m1, m23 * m0, m01 * m3, m01 * m2
+    # 1/(s − zᵢ) = nᵢ (aᵢ − i·si)
+    hr, hi = fr * si, fi * si
+    r0, i0 = (fr * a0 + hi) * n0, (fi * a0 - hr) * n0
+    r1, i1 = (fr * a1 + hi) * n1, (fi * a1 - hr) * n1
+    r2, i2 = (fr * a2 + hi) * n2, (fi * a2 - hr) * n2
+    i3 = (fi * sr - hr) * n3
+    r0 *= si
+    r1 *= si
+    r2 *= si
+    return (fi, i0, i1, i2, i3, (i0 * a0 - r0) * n0, (i0 * a1 - r0) * n1, (i0 * a2 - r0) * n2,
+            (i1 * a1 - r1) * n1, (i1 * a2 - r1) * n2, (i2 * a2 - r2) * n2)  # fmt: skip
 
 
-@compiled()
-def log_normalizer_derivatives(z, gradient, hessian):
-    """Return log F for z (d,) with max z = 0; write ω = ∇ log F (d,) and the Hessian of log F (d, d)."""
-    d = z.size
-    if d == 4:
-        return math.log(derivatives_4(z, gradient, hessian))
-    if d <= RULE_DIMENSION:
-        return derivatives(z, RULE_NODES, RULE_WEIGHTS, 0.0, gradient, hessian)
-    nodes, weights = np.empty(NODES, dtype=np.complex128), np.empty(NODES, dtype=np.complex128)
-    shift = parabola(z, nodes, weights)
-    return derivatives(z, nodes, weights, shift, gradient, hessian)
+@compiled(inline=True, exact=True)
+def _add_up(terms, count):
+    """Add the 8 terms of each sum, the nodes', in a fixed order, to the first of them.
+
+    Terms first, then sums: the compiler makes vectors of it, and the bits are the same wherever it is copied to.
+    """
+    for j in range(0, 8 * count, 8):
+        even = (terms[j] + terms[j + 4]) + (terms[j + 2] + terms[j + 6])
+        terms[j] = even + ((terms[j + 1] + terms[j + 5]) + (terms[j + 3] + terms[j + 7]))
+
+
+@compiled(inline=True, exact=True)
+def sums_4(z0, z1, z2, d, cr, ci, terms):
+    """Return F / (2 π^{d/2}), ω (four) and h00, h01, h02, h11, h12, h22 of the Hessian of log F, z₃ = 0.
+
+    cr, ci (8,): weights for d; where d < 4 the last of z0, z1, z2 are 0 and stand for no axis. terms (88,) is scratch.
+    """
+    for k in range(8):
+        (terms[k], terms[8 + k], terms[16 + k], terms[24 + k], terms[32 + k], terms[40 + k], terms[48 + k],
+         terms[56 + k], terms[64 + k], terms[72 + k], terms[80 + k]) = node_4(
+            SR[k], SI[k], cr[k], ci[k], z0, z1, z2)  # fmt: skip
+    _add_up(terms, 11)
+    f, g0, g1, g2, g3 = terms[0], terms[8], terms[16], terms[24], terms[32]
+    # Σω = 1 is exact in theory; dividing by the sum removes the common part of the quadrature error.
+    n = g0 + g3
+    if d > 2:
+        n += g1
+    if d > 3:
+        n += g2
+    n = 1.0 / n
+    g0 *= n
+    g1 *= n
+    g2 *= n
+    g3 *= n
+    n = 0.25 / f
+    h00, h11, h22 = 3.0 * n * terms[40] - g0 * g0, 3.0 * n * terms[64] - g1 * g1, 3.0 * n * terms[80] - g2 * g2
+    h01, h02, h12 = n * terms[48] - g0 * g1, n * terms[56] - g0 * g2, n * terms[72] - g1 * g2
+    return f, g0, g1, g2, g3, h00, h01, h02, h11, h12, h22
+
+
+@compiled(exact=True)
+def moments_4(z, w, terms):
+    """Return log F for d = 4; write ω = ∇ log F. z (4,) in, its largest entry z[3] = 0; w (4,) out."""
+    f, w[0], w[1], w[2], w[3], _, _, _, _, _, _ = sums_4(z[0], z[1], z[2], 4, CR, CI, terms)
+    return math.log(f) + LOG_FRONT_4
+
+
+@compiled(exact=True)
+def moments_2(z1, terms):
+    """Return (log F, ω₁, ∂ω₁/∂z₁) for d = 2 and z = (z₁ ≤ 0, 0); ω₂ = 1 − ω₁ and the Hessian is ±∂ω₁/∂z₁.
+
+    terms (≥ 32,) is scratch.
+    """
+    for k in range(8):
+        si = SI[k]
+        a, c = SR[k] - z1, SR[k]
+        pr, pi = a * c - si * si, si * (a + c)
+        # √p with positive imaginary part.
+        t = math.sqrt(0.5 * (math.sqrt(pr * pr + pi * pi) + abs(pr)))
+        u = 0.5 * pi / t
+        right = pr >= 0.0
+        rr, ri = math.copysign(t, pi) if right else u, abs(u) if right else t
+        n = 1.0 / (rr * rr + ri * ri)
+        fr, fi = (CR[k] * rr + CI[k] * ri) * n, (CI[k] * rr - CR[k] * ri) * n
+        n = 1.0 / (a * a + si * si)
+        a, b = a * n, -si * n
+        n = 1.0 / (c * c + si * si)
+        tr, ti = fr * a - fi * b, fr * b + fi * a
+        terms[k], terms[8 + k], terms[16 + k], terms[24 + k] = fi, ti, (fi * c - fr * si) * n, tr * b + ti * a
+    _add_up(terms, 4)
+    f, g1, g2, h = terms[0], terms[8], terms[16], terms[24]
+    w = g1 / (g1 + g2)
+    return math.log(2.0 * math.pi * f), w, 0.75 * h / f - w * w

@@ -7,7 +7,6 @@ from concurrent.futures import ThreadPoolExecutor
 from itertools import pairwise
 from typing import Any
 
-import numba
 from numpy.typing import NDArray
 
 __all__ = ["by_rows"]
@@ -25,8 +24,12 @@ def by_rows(kernel: Callable[..., Any], *arrays: NDArray[Any], row_us: float) ->
     ``numba.get_num_threads()`` says, which ``NUMBA_NUM_THREADS`` and ``numba.set_num_threads`` set.
     """
     n = len(arrays[0])
+    if n * row_us < WORTH_THREADS_US:
+        return [(0, kernel(*arrays))]
+    import numba
+
     threads = min(numba.get_num_threads(), n)
-    if threads <= 1 or n * row_us < WORTH_THREADS_US:
+    if threads <= 1:
         return [(0, kernel(*arrays))]
     count = min(PARTS * threads, n)
     starts = [n * i // count for i in range(count + 1)]

@@ -17,7 +17,7 @@ import math
 import numpy as np
 
 from bingham.kernels.compile import compiled
-from bingham.kernels.normalizer import CI, CR, SI, SR
+from bingham.kernels.numpy_rule import CI, CR, SI, SR
 
 __all__ = ["transport"]
 

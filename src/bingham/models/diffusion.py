@@ -11,8 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from bingham.distributions.algebra import NoiseParts, compose_spectra
 from bingham.distributions.bingham import Bingham
 from bingham.errors import InvalidArgumentError
-from bingham.kernels.moments import concentrations_2
-from bingham.kernels.single import diffused_4
+from bingham.kernels.single import diffused_2, diffused_4
 from bingham.models.motion import check_single
 from bingham.rotations import from_rotation_vector
 from bingham.validation import as_numbers, unit_rows
@@ -161,12 +160,7 @@ def _diffused(state: Bingham, variances: FloatArray, left: bool) -> Bingham:
     if variances.ndim:
         return Bingham.from_spectrum(*compose_spectra(state.z, state.M, brownian_parts(variances), left=left))
     weight = float(diffusion_weight(variances, state.dim))
-    if state.dim == 4:
-        z, log_f = diffused_4(state.z, weight)
-    else:
-        w = float(state.axis_moments[0])
-        z1, log_f, _ = concentrations_2(w + weight * (0.5 - w))
-        z = np.array([z1, 0.0])
+    z, log_f = (diffused_4 if state.dim == 4 else diffused_2)(state.z, weight)
     return Bingham.from_spectrum(z, state.M, log_f)
 
 

@@ -4,7 +4,7 @@
 """One fused Triton kernel for d = 4: a matrix to each lane, from A to log F and its gradient without memory between.
 
 Eigenproblem by the rotations of `kernels.eigen_lanes`, a fixed number of sweeps; sums over the nodes as in
-`kernels.normalizer.node_4`. Constants come from memory: Triton would round literals to single precision.
+`kernels.rule.node_4`. Constants come from memory: Triton would round literals to single precision.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ import triton
 import triton.language as tl
 from torch import Tensor
 
-from bingham.kernels.normalizer import CI, CR, SI, SR
+from bingham.kernels.numpy_rule import CI, CR, SI, SR
 
 __all__ = ["fused"]
 

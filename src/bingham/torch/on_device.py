@@ -70,7 +70,7 @@ def curvature(a: Tensor, v: Tensor) -> Tensor:
 
 
 def concentrations(w: Tensor) -> Tensor:
-    """Solve ∇ log F(z) = w by the iteration of `kernels.moments`."""
+    """Solve ∇ log F(z) = w by the iteration of `kernels.newton`."""
     w, order = (w / w.sum(-1, keepdim=True)).sort(dim=-1)
     s2, s3 = (w**2).sum(-1, keepdim=True), (w**3).sum(-1, keepdim=True)
     v = w / (1.0 + 2.0 * (w * s3 / s2**2 - w**2 / s2))

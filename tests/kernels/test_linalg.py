@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from bingham.kernels.eigen import diagonalize, diagonalize_4, orthonormalize_4
+from bingham.kernels.linalg import diagonalize, diagonalize_4, orthonormalize_4
 
 
 def frame(eps, seed, d=4):

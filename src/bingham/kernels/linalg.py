@@ -1,4 +1,4 @@
-"""Symmetric eigenproblem by Jacobi rotations, with eigenvalues accurate to their own size.
+"""Symmetric eigenproblem by Jacobi rotations, with eigenvalues accurate to their own size; linear systems.
 
 At high concentration a second moment has eigenvalues of 1e-9 beside 1. Jacobi's method keeps the relative accuracy of
 graded definite matrices (Demmel & Veselić 1992); tridiagonalisation, as in LAPACK's ``syev``, does not. Callers pass
@@ -13,7 +13,7 @@ import math
 
 from bingham.kernels.compile import compiled
 
-__all__ = ["diagonalize", "diagonalize_4", "orthonormalize_4", "sort_rows"]
+__all__ = ["diagonalize", "diagonalize_4", "orthonormalize_4", "solve"]
 
 MAX_SWEEPS = 30
 # Squares of relative sizes below which an off-diagonal entry no longer moves an eigenvalue (or vector) in a double.
@@ -22,7 +22,7 @@ NEGLIGIBLE_GAP = (1e-17) ** 2
 SMALL = (1e-3) ** 2
 
 
-@compiled(inline=True)
+@compiled(inline=True, exact=True)
 def _rotation(p, q, x):
     """Cosine, sine and eigenvalue shift t·x of the rotation that clears x between diagonal entries p and q."""
     gap = q - p
@@ -43,14 +43,7 @@ def _rotation(p, q, x):
     return abs(h) * n, math.copysign(2.0 * n, h) * x, 2.0 * xx / h
 
 
-@compiled(inline=True)
-def _rotate_rows(frame, p, q, c, s):
-    for i in range(4):
-        y, w = frame[p, i], frame[q, i]
-        frame[p, i], frame[q, i] = c * y - s * w, s * y + c * w
-
-
-@compiled()
+@compiled(exact=True)
 def diagonalize_4(b, values, frame):
     """Write the eigenvalues of the symmetric b (4, 4; upper triangle read), ascending, to values (4,).
 
@@ -61,53 +54,39 @@ def diagonalize_4(b, values, frame):
     b01, b02, b03, b12, b13, b23 = b[0, 1], b[0, 2], b[0, 3], b[1, 2], b[1, 3], b[2, 3]
     sweep = 0
     while sweep < MAX_SWEEPS:
-        # Disjoint pairs go together: their square roots and divisions overlap.
-        c, s, t = _rotation(b0, b1, b01)
-        d, r, u = _rotation(b2, b3, b23)
-        quiet = s == 0.0 and r == 0.0
-        if not quiet:
-            b0, b1, b01 = b0 - t, b1 + t, 0.0
-            b2, b3, b23 = b2 - u, b3 + u, 0.0
-            b02, b12 = c * b02 - s * b12, s * b02 + c * b12
-            b03, b13 = c * b03 - s * b13, s * b03 + c * b13
-            b02, b03 = d * b02 - r * b03, r * b02 + d * b03
-            b12, b13 = d * b12 - r * b13, r * b12 + d * b13
-            _rotate_rows(frame, 0, 1, c, s)
-            _rotate_rows(frame, 2, 3, d, r)
-        c, s, t = _rotation(b0, b2, b02)
-        d, r, u = _rotation(b1, b3, b13)
-        if s != 0.0 or r != 0.0:
-            quiet = False
-            b0, b2, b02 = b0 - t, b2 + t, 0.0
-            b1, b3, b13 = b1 - u, b3 + u, 0.0
-            b01, b12 = c * b01 - s * b12, s * b01 + c * b12
-            b03, b23 = c * b03 - s * b23, s * b03 + c * b23
-            b01, b03 = d * b01 - r * b03, r * b01 + d * b03
-            b12, b23 = d * b12 - r * b23, r * b12 + d * b23
-            _rotate_rows(frame, 0, 2, c, s)
-            _rotate_rows(frame, 1, 3, d, r)
-        c, s, t = _rotation(b0, b3, b03)
-        d, r, u = _rotation(b1, b2, b12)
-        if s != 0.0 or r != 0.0:
-            quiet = False
-            b0, b3, b03 = b0 - t, b3 + t, 0.0
-            b1, b2, b12 = b1 - u, b2 + u, 0.0
-            b01, b13 = c * b01 - s * b13, s * b01 + c * b13
-            b02, b23 = c * b02 - s * b23, s * b02 + c * b23
-            b01, b02 = d * b01 - r * b02, r * b01 + d * b02
-            b13, b23 = d * b13 - r * b23, r * b13 + d * b23
-            _rotate_rows(frame, 0, 3, c, s)
-            _rotate_rows(frame, 1, 2, d, r)
+        quiet = True
+        # Rows of the frame that belong to b1, b2, b3: after a pair of rotations the three change places in a circle.
+        i1, i2, i3 = 1, 2, 3
+        for _ in range(3):
+            # Disjoint pairs go together: their square roots and divisions overlap.
+            c, s, t = _rotation(b0, b1, b01)
+            d, r, u = _rotation(b2, b3, b23)
+            if s != 0.0 or r != 0.0:
+                quiet = False
+                b0, b1, b2, b3 = b0 - t, b1 + t, b2 - u, b3 + u
+                b01 = b23 = 0.0
+                b02, b12 = c * b02 - s * b12, s * b02 + c * b12
+                b03, b13 = c * b03 - s * b13, s * b03 + c * b13
+                b02, b03 = d * b02 - r * b03, r * b02 + d * b03
+                b12, b13 = d * b12 - r * b13, r * b12 + d * b13
+                for k in range(4):
+                    y, w = frame[0, k], frame[i1, k]
+                    frame[0, k], frame[i1, k] = c * y - s * w, s * y + c * w
+                for k in range(4):
+                    y, w = frame[i2, k], frame[i3, k]
+                    frame[i2, k], frame[i3, k] = d * y - r * w, r * y + d * w
+            b1, b2, b3, i1, i2, i3 = b2, b3, b1, i2, i3, i1
+            b01, b02, b03, b23, b13, b12 = b02, b03, b01, b13, b12, b23
         if quiet:
             break
         sweep += 1
     values[0], values[1], values[2], values[3] = b0, b1, b2, b3
-    sort_rows(values, frame)
+    _sort_rows(values, frame)
     return sweep
 
 
-@compiled()
-def sort_rows(values, frame):
+@compiled(exact=True)
+def _sort_rows(values, frame):
     """Sort values (d,) ascending and the rows of frame (d, d) with them, in place."""
     d = values.size
     for i in range(1, d):
@@ -119,27 +98,27 @@ def sort_rows(values, frame):
                 frame[j, k], frame[j - 1, k] = frame[j - 1, k], frame[j, k]
 
 
-@compiled()
+@compiled(exact=True)
 def orthonormalize_4(frame):
     """Remove rounding drift of a nearly orthonormal frame (4, 4) by rows, in place (Gram–Schmidt, last row first).
 
     The last row, the mode, only has its length restored.
     """
     for i in range(3, -1, -1):
-        for j in range(3, i, -1):
-            t = frame[i, 0] * frame[j, 0] + frame[i, 1] * frame[j, 1]
-            t += frame[i, 2] * frame[j, 2] + frame[i, 3] * frame[j, 3]
+        for j in range(3, i - 1, -1):
+            t = 0.0
             for k in range(4):
-                frame[i, k] -= t * frame[j, k]
-        t = frame[i, 0] * frame[i, 0] + frame[i, 1] * frame[i, 1]
-        t += frame[i, 2] * frame[i, 2] + frame[i, 3] * frame[i, 3]
-        # The drift of one step is at rounding level, where 1/√t = (3 − t)/2.
-        t = 1.5 - 0.5 * t
-        for k in range(4):
-            frame[i, k] *= t
+                t += frame[i, k] * frame[j, k]
+            if j > i:
+                for k in range(4):
+                    frame[i, k] -= t * frame[j, k]
+            else:
+                # The drift of one step is at rounding level, where 1/√t = (3 − t)/2.
+                for k in range(4):
+                    frame[i, k] *= 1.5 - 0.5 * t
 
 
-@compiled()
+@compiled(exact=True)
 def diagonalize(b, values, frame):
     """Any dimension: as `diagonalize_4`, b (d, d) is destroyed."""
     d = b.shape[0]
@@ -172,5 +151,34 @@ def diagonalize(b, values, frame):
         sweep += 1
     for i in range(d):
         values[i] = b[i, i]
-    sort_rows(values, frame)
+    _sort_rows(values, frame)
     return sweep
+
+
+@compiled(exact=True)
+def solve(a, b):
+    """Solve a x = b in place by elimination with row pivots; a (p, p) and b (p,) are destroyed, x is left in b."""
+    p = b.size
+    for k in range(p):
+        pivot = k
+        for i in range(k + 1, p):
+            if abs(a[i, k]) > abs(a[pivot, k]):
+                pivot = i
+        if a[pivot, k] == 0.0:
+            return False
+        if pivot != k:
+            for j in range(p):
+                a[k, j], a[pivot, j] = a[pivot, j], a[k, j]
+            b[k], b[pivot] = b[pivot], b[k]
+        for i in range(k + 1, p):
+            t = a[i, k] / a[k, k]
+            if t != 0.0:
+                for j in range(k + 1, p):
+                    a[i, j] -= t * a[k, j]
+                b[i] -= t * b[k]
+    for k in range(p - 1, -1, -1):
+        t = b[k]
+        for j in range(k + 1, p):
+            t -= a[k, j] * b[j]
+        b[k] = t / a[k, k]
+    return True
