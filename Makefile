@@ -13,12 +13,13 @@ RECORDING ?= tests/data/broad_06_excerpt.npz
 
 .DEFAULT_GOAL := help
 .NOTPARALLEL:
-.PHONY: help demo test bench lint format docs clean
+.PHONY: help demo test bench fuzz lint format docs clean
 
 help:
 	@echo "make demo    filter a recorded motion: track, covariances and a figure in demo/"
 	@echo "make test    run all tests"
 	@echo "make bench   time this package beside its peers; writes benchmarks/RESULTS.md"
+	@echo "make fuzz    feed damaged files to every reader for FUZZ_SECONDS, an hour unless given"
 	@echo "make lint    ruff, pyright (strict), import-linter"
 	@echo "make format  let ruff lay out the code"
 	@echo "make docs    build the site into docs/_build/html"
@@ -52,6 +53,12 @@ demo: $(VENV)/.with-cli,io build/.kernels
 
 bench: $(VENV)/.with-cli,io,bench build/.kernels
 	$(BIN)/python benchmarks/run.py
+
+# An hour in all; CI takes a minute.
+FUZZ_SECONDS ?= 3600
+fuzz: $(VENV)/.with-test build/.kernels
+	-$(BIN)/python -m pip install --quiet --disable-pip-version-check --only-binary :all: "atheris>=2.3"
+	$(BIN)/python tests/fuzz/run.py $(FUZZ_SECONDS)
 
 lint: $(VENV)/.with-test $(VENV)/.with-lint
 	$(BIN)/ruff check

@@ -42,6 +42,13 @@ def expanded(arguments: Sequence[str]) -> list[Path]:
     for text in arguments:
         path = Path(text)
         paths = [path]
+        try:
+            path.stat()
+        except FileNotFoundError:
+            pass
+        except (OSError, ValueError) as error:
+            problem = getattr(error, "strerror", None) or str(error)
+            raise RecordingError(path, "", f"cannot be read: {problem}", "check path and permissions") from None
         if not path.exists() and glob.has_magic(text):
             paths = [Path(name) for name in sorted(glob.glob(text, recursive=True))]
             if not paths:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from contextlib import ExitStack
+from contextlib import ExitStack, suppress
 from dataclasses import dataclass, fields, is_dataclass, replace
 from math import degrees
 from pathlib import Path
@@ -66,6 +66,16 @@ class Files:
         if outputs.npz:
             self.names.append(f"{name}.track.npz")
             self._archive = NpzArchive(folder / self.names[-1])
+
+    def __enter__(self) -> Files:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        """Let go of what is open; after an error, of a full disk say, without a further one."""
+        with suppress(OSError):
+            self._stack.close()
+        if self._archive is not None:
+            self._archive.discard()
 
     def append(self, time: Any, track: Any) -> None:
         """Write a piece of the track."""

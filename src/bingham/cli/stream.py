@@ -139,7 +139,7 @@ class Follower:
 
     def _feed(self, text: bytes) -> float:
         """Give one line to the stream and return its time."""
-        name, *numbers = text.replace(b",", b" ").split()
+        name, *numbers = text.replace(b",", b" ").split() or [b""]
         sensor = SENSORS.get(name.decode("ascii", "replace").lower())
         if sensor is None or len(numbers) != 4:
             raise _wrong(text, FORM)

@@ -96,19 +96,19 @@ def _track(
     keep = compared or outputs.tum or outputs.bag or outputs.figure
     step("filtering")
     filtering, summary = Filtering(options), Summary()
-    files = Files(folder, name, outputs)
     kept: list[Any] = []
-    for piece in pieces_of(whole, options):
-        part, track = filtering.run(piece)
-        if part is None:
-            continue
-        if keep:
-            kept.append(track if entire else Sketch.of(track, slice(-summary.samples % thinned, None, thinned)))
-        files.append(part.time, track)
-        summary.add(part, track)
-    filtering.finish(name)
-    step("writing")
-    files.close()
+    with Files(folder, name, outputs) as files:
+        for piece in pieces_of(whole, options):
+            part, track = filtering.run(piece)
+            if part is None:
+                continue
+            if keep:
+                kept.append(track if entire else Sketch.of(track, slice(-summary.samples % thinned, None, thinned)))
+            files.append(part.time, track)
+            summary.add(part, track)
+        filtering.finish(name)
+        step("writing")
+        files.close()
     if summary.doubt:
         note(f"{name}: {summary.doubt}")
     row: dict[str, Any] = {"recording": name, "file": str(path), "filter": filtering.name, **summary.row()}

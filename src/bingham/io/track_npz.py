@@ -7,6 +7,7 @@ import shutil
 import zipfile
 import zlib
 from collections.abc import Mapping
+from contextlib import suppress
 from pathlib import Path
 from typing import Any, BinaryIO
 
@@ -82,6 +83,13 @@ class NpzArchive:
             self._parts[name][0].write(np.ascontiguousarray(values).data)
         self._rows += len(next(iter(rows.values())))
 
+    def discard(self) -> None:
+        """Let go of what was given and not written."""
+        for part, _ in self._parts.values():
+            with suppress(OSError):
+                part.close()
+        self._parts.clear()
+
     def close(self, whole: Mapping[str, Any]) -> None:
         """Write the archive, with further arrays and texts that are there as a whole."""
         with zipfile.ZipFile(self._path, "w", allowZip64=True) as archive:
@@ -98,6 +106,7 @@ class NpzArchive:
                     shutil.copyfileobj(part, file, 1 << 20)
                 part.close()
                 os.unlink(part.name)
+        self._parts.clear()
 
 
 def _member(name: str, method: int) -> zipfile.ZipInfo:

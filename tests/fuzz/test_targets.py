@@ -1,0 +1,67 @@
+"""Every target on its seeds and on some hundred damaged ones, always the same; `make fuzz` goes on from there."""
+
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+sys.path.insert(0, str(Path(__file__).parent))
+
+import seeds
+from targets import TARGETS
+
+DAMAGED = 60  # inputs for each seed
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory):
+    return seeds.make(tmp_path_factory.mktemp("fuzz"))
+
+
+def damaged(content, rng):
+    """Bits flipped, parts cut out, repeated, moved or replaced by what readers stumble over."""
+    data = bytearray(content)
+    for _ in range(int(rng.integers(1, 5))):
+        if not data:
+            break
+        at, to = sorted(rng.integers(0, len(data) + 1, 2).tolist())
+        to = min(to, at + 64)
+        kind = rng.integers(0, 6)
+        if kind == 0 and at < len(data):
+            data[at] ^= 1 << int(rng.integers(0, 8))
+        elif kind == 1:
+            del data[at:to]
+        elif kind == 2:
+            data[at:at] = data[at:to] * 3
+        elif kind == 3:
+            data = data[:at] if rng.random() < 0.3 else data
+        elif kind == 4:
+            data[at:to] = rng.integers(0, 256, to - at).astype(np.uint8).tobytes()
+        else:
+            odd = [b"nan", b"1e400", b"\xff\xfe", b"1_0", b"-", b"\0", b"9" * 400, b'"', b"\n\n", "\u0661".encode()]
+            data[at:to] = odd[int(rng.integers(0, len(odd)))]
+    return bytes(data)
+
+
+@pytest.mark.parametrize("name", TARGETS)
+def test_seeds_and_damaged_ones_are_read_or_refused_in_words(made, name):
+    target, kinds = TARGETS[name]
+    files = [path for kind in kinds for path in made.get(kind, [])]
+    if not files:
+        pytest.skip(f"no seeds of {name}: a package that writes them is not installed")
+    rng = np.random.default_rng(7)
+    for path in files:
+        content = path.read_bytes()
+        target(content)
+        for _ in range(DAMAGED if name != "command" else DAMAGED // 6):
+            target(damaged(content, rng))
+
+
+def test_the_check_sees_an_error_that_is_not_the_packages_own(monkeypatch):
+    """The control: a reader that fails in a way of its own is found."""
+    from bingham import io
+
+    monkeypatch.setattr(io, "read_recording", lambda _: {}["absent"])
+    with pytest.raises(KeyError):
+        TARGETS["text"][0](b"t,gx\n")
