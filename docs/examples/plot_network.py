@@ -160,7 +160,7 @@ for name, log_prob in {"one, symmetric body": one.log_prob, "mixture, symmetric 
 # %%
 # What it has never seen
 # ----------------------
-# Points that belong to no turned body, and more noise than in training. Entropy is what a network offers to tell them by.
+# Points that belong to no turned body, and more noise than in training: entropy is what a network tells them by.
 
 strange = torch.randn(4000, 8, 3) * seen.std()
 loud = pictures(4000, low=1.0, high=2.0)[1]

@@ -27,5 +27,7 @@ from .spin import SpinFilter as SpinFilter
 from .track import BinghamTrack as BinghamTrack
 from .track import Track as Track
 from .tune import SensorNoise as SensorNoise
+from .tune_filter import FilterTuning as FilterTuning
+from .tune_filter import tune_filter as tune_filter
 
 __all__: list[str]
