@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from bingham.distributions.normalizer import log_normalizer_derivatives
 from bingham.errors import InvalidArgumentError
 from bingham.kernels.eigen_lanes import diagonalize_lanes_4
-from bingham.kernels.frames import combine_rows, curvature_rows, likelihood_rows
+from bingham.kernels.frames import combine_rows, combine_rows_4, curvature_rows, likelihood_rows
 from bingham.kernels.threads import by_rows
 
 __all__ = ["Spectrum", "matrix_curvature", "matrix_likelihood", "matrix_log_normalizer", "matrix_spectrum"]
@@ -27,8 +27,9 @@ class Spectrum(NamedTuple):
 
 def matrix_spectrum(matrices: FloatArray) -> Spectrum:
     """Return the spectrum of the symmetric parts of matrices (n, d, d)."""
-    if not np.isfinite(matrices).all():
-        raise InvalidArgumentError("A", "finite entries", matrices[~np.isfinite(matrices)][0])
+    # A sum is finite only if all entries are; it overflows where they are beyond use anyway.
+    if not np.isfinite(matrices.sum()):
+        raise InvalidArgumentError("A", "finite entries", float(np.abs(matrices).max()))
     n, d = matrices.shape[:2]
     if d != 4:
         values, columns = np.linalg.eigh(0.5 * (matrices + np.swapaxes(matrices, -1, -2)))
@@ -43,7 +44,7 @@ def matrix_log_normalizer(matrices: FloatArray) -> tuple[FloatArray, FloatArray]
     spectrum = matrix_spectrum(matrices)
     log_f, w, _ = log_normalizer_derivatives(spectrum.values)
     moment = np.empty(matrices.shape)
-    combine_rows(w, spectrum.frames, moment)
+    (combine_rows_4 if matrices.shape[-1] == 4 else combine_rows)(w, spectrum.frames, moment)
     return log_f, moment
 
 

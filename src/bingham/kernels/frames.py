@@ -6,7 +6,21 @@ import numpy as np
 
 from bingham.kernels.compile import compiled
 
-__all__ = ["combine_rows", "curvature_rows", "likelihood_rows"]
+__all__ = ["combine_rows", "combine_rows_4", "curvature_rows", "likelihood_rows"]
+
+
+@compiled()
+def combine_rows_4(weights, frames, out):
+    """`combine_rows` for d = 4, unrolled."""
+    for r in range(weights.shape[0]):
+        w, f, o = weights[r], frames[r], out[r]
+        w0, w1, w2, w3 = w[0], w[1], w[2], w[3]
+        for i in range(4):
+            a0, a1, a2, a3 = w0 * f[0, i], w1 * f[1, i], w2 * f[2, i], w3 * f[3, i]
+            o[i, 0] = (a0 * f[0, 0] + a1 * f[1, 0]) + (a2 * f[2, 0] + a3 * f[3, 0])
+            o[i, 1] = (a0 * f[0, 1] + a1 * f[1, 1]) + (a2 * f[2, 1] + a3 * f[3, 1])
+            o[i, 2] = (a0 * f[0, 2] + a1 * f[1, 2]) + (a2 * f[2, 2] + a3 * f[3, 2])
+            o[i, 3] = (a0 * f[0, 3] + a1 * f[1, 3]) + (a2 * f[2, 3] + a3 * f[3, 3])
 
 
 @compiled()
