@@ -21,7 +21,8 @@ release = version = bingham.__version__
 extensions = [
     "sphinx.ext.autodoc",
     "sphinx.ext.autosummary",
-    "sphinx.ext.mathjax",
+    "mathml",
+    "names",
     "sphinx.ext.viewcode",
     "numpydoc",
     "sphinx_gallery.gen_gallery",
@@ -31,6 +32,7 @@ templates_path = ["_templates"]
 html_theme = "furo"
 html_title = "bingham"
 html_static_path = ["_static"]
+html_math_renderer = "mathml"
 math_number_all = False
 math_eqref_format = "({number})"
 
