@@ -1,7 +1,7 @@
 """Names of this package link to their description wherever they stand between single backticks.
 
 A name may be written as it is imported: `BinghamFilter`, `bingham.BinghamFilter`, `bingham.filters.BinghamFilter`,
-`BinghamFilter.run`. It is found by its last parts. In the pages, a name that is not found, or that means several things,
+`BinghamFilter.run`. It is found by its last parts. In the pages a name that is not found, or means several things,
 is a warning, and so an error of the build; in docstrings single backticks also mark arguments.
 """
 

@@ -50,13 +50,23 @@ def pictures(count, points=body, low=0.2, high=0.8):
     return q, seen, noise
 
 
-def network(outputs, bias=0.0):
-    last = nn.Linear(128, outputs)
-    nn.init.normal_(last.bias, std=bias)
-    return nn.Sequential(nn.Flatten(), nn.Linear(24, 128), nn.SiLU(), nn.Linear(128, 128), nn.SiLU(), last)
+class Network(nn.Module):
+    """Numbers (n, outputs) = e^s (linear + layers): sharpness apart from shape, so that either may be learned first."""
+
+    def __init__(self, outputs):
+        super().__init__()
+        self.linear = nn.Linear(24, outputs)
+        self.layers = nn.Sequential(
+            nn.Linear(24, 128), nn.SiLU(), nn.Linear(128, 128), nn.SiLU(), nn.Linear(128, outputs + 1)
+        )
+
+    def forward(self, seen):
+        x = seen.flatten(1)
+        shape, sharpness = self.layers(x).split((self.linear.out_features, 1), -1)
+        return sharpness.exp() * (self.linear(x) + shape)
 
 
-def train(model, loss, draw=pictures, steps=2500):
+def train(model, loss, draw=pictures, steps=2000):
     optimizer = torch.optim.Adam(model.parameters(), 2e-3)
     schedule = torch.optim.lr_scheduler.OneCycleLR(optimizer, 4e-3, total_steps=steps)
     for _ in range(steps):
@@ -72,28 +82,18 @@ def train(model, loss, draw=pictures, steps=2500):
 # %%
 # Three heads, one loop
 # ---------------------
-# The networks put out numbers of order one; times 20, they are concentrations that small errors need.
+# The networks put out numbers of order one; times 20, they are concentrations that small errors need. A linear part and a
+# common factor let a network learn shape and sharpness apart.
 
 SCALE = 20.0
 bingham_loss = BinghamNLLLoss()
-bingham_net = train(network(10), lambda v, q: bingham_loss(from_numbers(SCALE * v), q))
-fisher_net = train(network(9), lambda v, q: -MatrixFisher(SCALE / 4 * v.unflatten(-1, (3, 3)), validate_args=False)
+bingham_net = train(Network(10), lambda v, q: bingham_loss(from_numbers(SCALE * v), q))
+fisher_net = train(Network(9), lambda v, q: -MatrixFisher(SCALE / 4 * v.unflatten(-1, (3, 3)), validate_args=False)
                    .log_prob(rotation_matrix(q)).mean())  # fmt: skip
-plain_net = train(network(4), lambda v, q: (1 - (normalize(v, dim=-1) * q).sum(-1) ** 2).mean())
+plain_net = train(Network(4), lambda v, q: (1 - (normalize(v, dim=-1) * q).sum(-1) ** 2).mean())
 
-
-def sharpness(loss, truth):
-    """The t for which t·A fits data that were not trained on best: one number against too much confidence."""
-    choices = torch.linspace(0.6, 1.4, 41)
-    return float(choices[int(torch.stack([loss(t, truth) for t in choices]).argmin())])
-
-
-q, seen, _ = pictures(4000)
-t = sharpness(lambda t, q: bingham_loss(t * from_numbers(SCALE * bingham_net(seen)), q), q)
-print(f"fitted on data of its own: A times {t:.2f}")
 q, seen, noise = pictures(4000)
-raw = Bingham(from_numbers(SCALE * bingham_net(seen)), validate_args=False)
-ours = Bingham(t * raw.concentration_matrix, validate_args=False)
+ours = Bingham(from_numbers(SCALE * bingham_net(seen)), validate_args=False)
 fisher = MatrixFisher(SCALE / 4 * fisher_net(seen).unflatten(-1, (3, 3)), validate_args=False).bingham
 exact = MatrixFisher(seen.mT @ body / noise[:, None, None] ** 2, validate_args=False).bingham
 
@@ -114,7 +114,7 @@ def coverage(ranks, level=0.95):
     return f"{level:.0%} sets hold {(ranks > 1.0 - level).double().mean():.1%}"
 
 
-heads = {"Bingham": raw, "Bingham, t A": ours, "matrix Fisher": fisher}
+heads = {"Bingham": ours, "matrix Fisher": fisher}
 ranks = {name: pit(lambda n, p=p: p.sample((n,)), p.log_prob, q) for name, p in heads.items()}
 for name, p in {"exact": exact, **heads}.items():
     loss, error = -p.log_prob(q).mean(), angle_deg(p.mode, q).median()
@@ -144,15 +144,11 @@ def parts(v):
 
 
 mixture_loss = BinghamMixtureNLLLoss()
-one_net = train(network(10), lambda v, q: bingham_loss(from_numbers(SCALE * v), q), symmetric_pictures)
-two_net = train(network(22, bias=0.5), lambda v, q: mixture_loss(*parts(v), q), symmetric_pictures)
-q2, seen2, _ = symmetric_pictures(4000)
-logits, matrices = parts(two_net(seen2))
-t2 = sharpness(lambda t, q: mixture_loss(logits, t * matrices, q), q2)
+one_net = train(Network(10), lambda v, q: bingham_loss(from_numbers(SCALE * v), q), symmetric_pictures)
+two_net = train(Network(22), lambda v, q: mixture_loss(*parts(v), q), symmetric_pictures)
 q2, seen2, _ = symmetric_pictures(4000)
 one = Bingham(from_numbers(SCALE * one_net(seen2)), validate_args=False)
 logits, matrices = parts(two_net(seen2))
-matrices = t2 * matrices
 components = Bingham(matrices, validate_args=False)
 
 
