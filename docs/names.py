@@ -7,14 +7,41 @@ is a warning, and so an error of the build; in docstrings single backticks also 
 
 from __future__ import annotations
 
-from collections import defaultdict
 from typing import Any
 
 from docutils import nodes
 from sphinx.util import logging
 from sphinx.util.nodes import make_refnode
 
+import bingham
+
 log = logging.getLogger(__name__)
+
+
+# Where a bare method or attribute is meant, in this order.
+OWNERS = ("Bingham", "BinghamFilter", "RecursiveFilter", "ImuFilter")
+
+
+def chosen_of(found: list[str], target: str, names: dict[str, str]) -> list[str]:
+    """Return the one that is meant, as far as that is clear: public names first, then methods of the usual classes."""
+    # Distributions of several libraries share a name: without the library, NumPy's is meant.
+    plain = [n for n in found if not n.startswith(("bingham.torch.", "bingham.jax."))]
+    if plain and not target.startswith(("bingham.torch", "bingham.jax")):
+        found = plain
+    short = target.removesuffix("()").rpartition(".")[2]
+    if names.get(short) in found:
+        return [names[short]]
+    if "." not in target:
+        for owner in OWNERS:
+            of_owner = [n for n in found if n.endswith(f".{owner}.{short}")]
+            if of_owner:
+                return of_owner[:1]
+    shortest = [n for n in found if n.count(".") == min(m.count(".") for m in found)]
+    # One thing may be described where it is defined and where it is imported from.
+    same = {n.rpartition(".")[2] for n in found} == {short} and all(
+        n.split(".")[1] == found[0].split(".")[1] for n in found
+    )
+    return shortest[:1] if same and short[:1].isupper() else found
 
 
 def candidates(target: str, objects: dict[str, Any]) -> list[str]:
@@ -37,13 +64,12 @@ def resolve(app, env, node, contnode) -> nodes.Node | None:
     if node.get("refdomain") != "py" or not node.get("reftarget"):
         return None
     objects = env.domaindata["py"]["objects"]
-    if not hasattr(env, "bingham_names"):
-        env.bingham_names = defaultdict(list)
     target = node["reftarget"]
-    found = candidates(target, objects)
-    # Distributions of several libraries share a name: without the library, NumPy's is meant.
-    plain = [n for n in found if not n.startswith(("bingham.torch.", "bingham.jax."))]
-    chosen = plain if plain and not target.startswith(("bingham.torch", "bingham.jax")) else found
+    public = {name: f"{getattr(bingham, name).__module__}.{name}" for name in bingham.__all__}
+    chosen = chosen_of(candidates(target, objects), target, public)
+    if not chosen and target.split(".")[-2:-1] and target.split(".")[-2][:1].isupper():
+        # An inherited method: the class says where from.
+        chosen = chosen_of(candidates(target.rpartition(".")[0], objects), target.rpartition(".")[0], public)
     document = node.get("refdoc", "")
     if len(chosen) != 1:
         page = not document.startswith(("api/generated", "gallery"))

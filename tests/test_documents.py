@@ -66,6 +66,24 @@ def test_code_that_pages_include_exists():
         assert name in {getattr(node, "name", None) for node in tree.body}, f"{identity(page)}: {name} in {source}"
 
 
+def test_public_names_in_pages_are_links():
+    # Between double backticks a name is code that leads nowhere; whether links lead somewhere, the build says.
+    names = set()
+    for stub in (ROOT / "src/bingham").rglob("__init__.pyi"):
+        for node in ast.parse(stub.read_text(encoding="utf-8")).body:
+            if isinstance(node, ast.ImportFrom) and node.module:
+                names.update(a.name for a in node.names if a.name[0].isupper())
+    assert "BinghamFilter" in names
+    literal = re.compile(r"(?<!`)``([A-Za-z_.]+)(?:\(\))?``(?!`)")
+    unlinked = [
+        f"{identity(page)}: {found}"
+        for page in PAGES
+        for found in literal.findall(page.read_text(encoding="utf-8"))
+        if names & set(found.split("."))
+    ]
+    assert unlinked == []
+
+
 def test_all_modules_are_in_the_reference():
     import bingham
 

@@ -1,6 +1,6 @@
 """
 How good is the composed distribution?
-=============================
+======================================
 
 The product of two Bingham rotations is not Bingham. The filter uses the Bingham distribution with the same second
 moment; the true density is known too, and so is the price: the Kullback–Leibler divergence between them. It is

@@ -82,8 +82,8 @@ def train(model, loss, draw=pictures, steps=2000):
 # %%
 # Three heads, one loop
 # ---------------------
-# The networks put out numbers of order one; times 20, they are concentrations that small errors need. A linear part and a
-# common factor let a network learn shape and sharpness apart.
+# The networks put out numbers of order one; times 20, they are concentrations that small errors need. A linear part
+# and a common factor let a network learn shape and sharpness apart.
 
 SCALE = 20.0
 bingham_loss = BinghamNLLLoss()

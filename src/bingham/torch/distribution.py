@@ -146,7 +146,7 @@ class Bingham(Distribution):
 
     @torch.no_grad()
     def sample(self, sample_shape: Any = ()) -> Tensor:
-        """Return exact samples (*sample_shape, *batch_shape, d) from PyTorch's random generator.
+        """Return exact samples ``(*sample_shape, *batch_shape, d)`` from PyTorch's random generator.
 
         Rejection from an angular central Gaussian envelope (Kent, Ganeiber & Mardia 2013).
         """

@@ -101,7 +101,7 @@ class MatrixFisher(Distribution):
 
     @torch.no_grad()
     def sample(self, sample_shape: Any = ()) -> Tensor:
-        """Return exact samples (*sample_shape, *batch_shape, 3, 3)."""
+        """Return exact samples ``(*sample_shape, *batch_shape, 3, 3)``."""
         q = self.bingham.sample(sample_shape)
         return _expected_rotation(q[..., :, None] * q[..., None, :])
 
