@@ -37,11 +37,9 @@ def chosen_of(found: list[str], target: str, names: dict[str, str]) -> list[str]
             if of_owner:
                 return of_owner[:1]
     shortest = [n for n in found if n.count(".") == min(m.count(".") for m in found)]
-    # One thing may be described where it is defined and where it is imported from.
-    same = {n.rpartition(".")[2] for n in found} == {short} and all(
-        n.split(".")[1] == found[0].split(".")[1] for n in found
-    )
-    return shortest[:1] if same and short[:1].isupper() else found
+    # One class may be described where it is defined and where it is imported from.
+    same_package = len({n.split(".")[1] for n in found}) == 1
+    return shortest[:1] if same_package and short[:1].isupper() else found
 
 
 def candidates(target: str, objects: dict[str, Any]) -> list[str]:

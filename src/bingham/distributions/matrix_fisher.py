@@ -104,7 +104,7 @@ class MatrixFisher:
         return (np.einsum("...ij,...ij->...", self.F, r) - self.log_normalizer)[()]
 
     def rvs(self, size: int | tuple[int, ...] | None = None, *, rng: Any = None) -> FloatArray:
-        """Return exact, independent rotation matrices (*shape, *size, 3, 3)."""
+        """Return exact, independent rotation matrices ``(*shape, *size, 3, 3)``."""
         return _matrix(self.to_bingham().rvs(size, rng=rng))
 
 

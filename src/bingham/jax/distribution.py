@@ -49,7 +49,7 @@ class Bingham(dist.Distribution):
         return -negative_log_likelihood(self.concentration_matrix, value)
 
     def sample(self, key: Any, sample_shape: tuple[int, ...] = ()) -> Any:
-        """Return exact samples ``(*sample_shape, *batch_shape, d)``: rejection from an angular central Gaussian envelope.
+        """Return exact samples ``(*sample_shape, *batch_shape, d)``: rejection from an angular Gaussian envelope.
 
         A loop runs until the last sample is accepted, about once for every two tries in each (Kent, Ganeiber & Mardia
         2013).
