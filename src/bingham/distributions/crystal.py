@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.transform import Rotation
 
 from bingham.errors import InvalidArgumentError
-from bingham.rotations import as_quaternion, compose, conjugate
+from bingham.rotations import as_quaternion, compose, conjugate, from_rotation_vector, to_rotation_vector
 from bingham.validation import as_generator, described, unit_rows
 
 __all__ = ["GROUPS", "Misorientation", "likely_symmetry", "misorientation", "symmetry_group"]
@@ -29,6 +29,10 @@ LAUE = {"-1": "1", "2/m": "2", "mmm": "222", "-3": "3", "-3m": "32", "4/m": "4",
         "-42m": "422", "-6": "6", "6mm": "622", "-62m": "622", "-43m": "432"}  # fmt: skip
 # Misorientations within this of a symmetry count as such when symmetry is looked for, rad.
 NEAR = np.radians(10.0)
+# Between all rotations of any group about one axis, rad.
+SHIFT = np.radians(28.0)
+# Orientations whose pairs are looked at.
+MOST = 300
 
 
 class Misorientation(NamedTuple):
@@ -110,31 +114,32 @@ def misorientation(p: ArrayLike | Rotation, q: ArrayLike | Rotation, group: Any 
 def likely_symmetry(x: ArrayLike | Rotation, *, rng: Any = 0) -> str | None:
     """Return the group by whose rotations orientations (n, 4) seem to jump, None if they do not.
 
-    Rotations qᵢ* qⱼ between pairs that lie within 10° of a rotation of the group are counted, and again after the group
-    has been turned at random. A group is likely if it has five times as many, ten at least; of several the one with the
-    most, or the smaller one of nearly as many. Pairs within 10° of each other say nothing and do not count.
+    Rotations qᵢ* qⱼ between pairs that lie within 10° of a rotation of the group are counted, and again with other
+    rotations in its place: the group turned at random, and its rotations by 28° less about the same axes. A group is
+    likely if it has three times as many as those, ten at least, and a larger group than one already found if that holds
+    for what it has more. Pairs within 10° of each other say nothing and do not count.
     """
     q = as_quaternion(x, scalar_first=True)
     generator = as_generator(rng)
-    if len(q) > 400:
-        q = q[generator.choice(len(q), 400, replace=False)]
+    if len(q) > MOST:
+        q = q[generator.choice(len(q), MOST, replace=False)]
     i, j = np.triu_indices(len(q), 1)
     between = compose(conjugate(q[i]), q[j])
     limit = np.cos(0.5 * NEAR)
     between = between[np.abs(between[:, 0]) < limit]
-    turns = as_quaternion(Rotation.random(8, rng=generator))
+    turns = as_quaternion(Rotation.random(4, rng=generator))
 
     def count(rotations: FloatArray) -> int:
         return int(np.sum(np.abs(between @ rotations.T).max(axis=1, initial=0.0) > limit))
 
-    found: list[tuple[int, str]] = []
+    found, hits, chance = None, 0, 0.0
     for name in ("2", "222", "3", "32", "4", "422", "6", "622", "23", "432"):
         g = symmetry_group(name)[1:]
-        control = np.mean([count(compose(compose(t, g), conjugate(t))) for t in turns])
-        hits = count(g)
-        if hits >= max(10, 5.0 * control):
-            found.append((hits, name))
-    if not found:
-        return None
-    most = max(hits for hits, _ in found)
-    return next(name for hits, name in found if hits >= 0.95 * most)
+        vectors = to_rotation_vector(g)
+        angle = np.linalg.norm(vectors, axis=1, keepdims=True)
+        shifted = from_rotation_vector(vectors * (1.0 - SHIFT / angle))
+        control = max(count(shifted), np.mean([count(compose(compose(t, g), conjugate(t))) for t in turns]))
+        more = count(g) - hits
+        if more >= max(10.0, 3.0 * (control - chance)):
+            found, hits, chance = name, hits + more, float(control)
+    return found
