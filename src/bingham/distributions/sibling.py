@@ -126,7 +126,7 @@ class Selection:
         return "\n".join(lines)
 
 
-# Name → module and class; those after the bar need vectors with a sign.
+# Name → module and class; the last three need vectors with a sign.
 MODELS = {
     "uniform": ("sibling", "Uniform"),
     "watson": ("watson", "Watson"),
