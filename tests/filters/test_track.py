@@ -4,9 +4,19 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from bingham import Bingham, BinghamFilter, BinghamMixture, Diffusion, Gate, InvalidArgumentError, MixtureFilter
+from bingham import (
+    Bingham,
+    BinghamFilter,
+    BinghamMixture,
+    Diffusion,
+    Gate,
+    ImuFilter,
+    InvalidArgumentError,
+    MixtureFilter,
+)
 from bingham.baselines import GaussianState, QuaternionEkf
 from bingham.rotations import compose, from_rotation_vector
+from bingham.simulate import simulate_imu, simulate_tumbling
 
 AXES = np.eye(4)[:, ::-1]
 NOISE = Bingham([-400.0] * 3 + [0.0], AXES)
@@ -104,3 +114,15 @@ def test_plot(track, tmp_path):
     axes = [[0.0, 1.0], [-1e-3, -1.0]]
     angle = planar.run(Bingham.uniform(2), axes, times=[0.0, 1.0]).plot().lines[0].get_ydata()
     assert abs(abs(angle[0]) - 90.0) < 1.0 and np.isnan(angle[1])  # the axis came round: no line across
+
+
+def test_inertial_tracks_do_the_same():
+    motion = simulate_tumbling(3.0, 100.0, rng=0, rest_s=1.0)
+    track = ImuFilter().run(simulate_imu(motion, rng=1))
+    assert len(repr(track).splitlines()) == 1
+    part = track[50:100]
+    np.testing.assert_array_equal(part.covariance(frame="body"), track.covariance(frame="body")[50:100])
+    assert part.final is None and track[1:].final is track.final
+    np.testing.assert_array_equal(track.between(1.0, 2.0).bias, track.bias[100:200])
+    assert np.all(track.decision[track.magnetometer_code == 1] == 1) and track.accepted.sum() > 100
+    assert (track[-1:].rotations * Rotation.from_quat(track.modes[-1], scalar_first=True).inv()).magnitude() < 1e-12

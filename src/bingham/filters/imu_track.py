@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, ClassVar, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,7 +13,8 @@ from bingham.distributions.bingham import Bingham
 from bingham.distributions.uncertainty import frame_required
 from bingham.errors import InvalidArgumentError
 from bingham.filters.tangent import distribution_of_covariance
-from bingham.rotations import align_signs, rotate
+from bingham.filters.track import TrackMethods
+from bingham.rotations import rotate
 
 if TYPE_CHECKING:
     from bingham.filters.imu_state import ImuState
@@ -47,8 +48,8 @@ def bounded(c: FloatArray) -> FloatArray:
     return c * shrink[..., :, None] * shrink[..., None, :]
 
 
-@dataclass(frozen=True, eq=False)
-class ImuTrack:
+@dataclass(frozen=True, eq=False, repr=False)
+class ImuTrack(TrackMethods):
     """Estimates for every gyroscope sample of a recording.
 
     Attributes
@@ -81,6 +82,11 @@ class ImuTrack:
         Distribution of the orientation before the first accelerometer sample; uniform unless given.
     """
 
+    PER_ROW: ClassVar[tuple[str, ...]] = (
+        "time", "modes", "rotation_covariance", "bias", "bias_std", "rest", "log_evidence", "magnetometer_code",
+        "magnetometer_statistic",
+    )  # fmt: skip
+
     time: FloatArray
     modes: FloatArray
     rotation_covariance: FloatArray
@@ -94,13 +100,17 @@ class ImuTrack:
     smoothed: bool = False
     prior: Bingham | None = None
 
-    def __len__(self) -> int:
-        return len(self.time)
+    @property
+    def decision(self) -> NDArray[np.int8]:  # pyright: ignore[reportIncompatibleVariableOverride]
+        """What became of the magnetometer's samples (N,): 1 used, 0 rejected, −1 none or not looked at."""
+        return np.select([self.magnetometer_code == 1, np.isin(self.magnetometer_code, (2, 3, 4))], [1, 0], -1).astype(
+            np.int8
+        )
 
     @property
-    def aligned_modes(self) -> FloatArray:
-        """Modes (N, 4) with signs chosen so that neighbours agree."""
-        return align_signs(self.modes)
+    def nis(self) -> FloatArray:  # pyright: ignore[reportIncompatibleVariableOverride]
+        """`magnetometer_statistic` (N,)."""
+        return self.magnetometer_statistic
 
     @property
     def distributions(self) -> Bingham:
@@ -152,11 +162,6 @@ class ImuTrack:
         """Root mean square (N,), rad, of the inclination error: the angle between the vertical and its estimate."""
         c = self.rotation_covariance
         return np.sqrt(np.minimum(c[:, 0, 0] + c[:, 1, 1], UNIFORM_INCLINATION))
-
-    @property
-    def total_log_evidence(self) -> Any:
-        """Sum of `log_evidence`."""
-        return self.log_evidence.sum()
 
     @frame_required
     def covariance(self, *, frame: Literal["body", "world"]) -> FloatArray:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, fields
-from typing import Any, ClassVar, Generic, Literal, Self, TypeVar
+from typing import Any, ClassVar, Generic, Literal, Self, TypeVar, cast
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -14,7 +14,7 @@ from bingham.distributions.uncertainty import frame_required
 from bingham.errors import InvalidArgumentError, MissingExtraError
 from bingham.rotations import align_signs, to_rotation
 
-__all__ = ["ACCEPTED", "MISSING", "REJECTED", "BinghamTrack", "Track"]
+__all__ = ["ACCEPTED", "MISSING", "REJECTED", "BinghamTrack", "Track", "TrackMethods"]
 
 FloatArray = NDArray[np.float64]
 State = TypeVar("State")
@@ -23,31 +23,10 @@ ACCEPTED, REJECTED, MISSING = 1, 0, -1
 COORDINATES = {2: ("ux", "uy"), 4: ("qw", "qx", "qy", "qz")}
 
 
-@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
-class Track(Generic[State]):
-    """Estimates over time; leading batch axes (...) where several sequences were filtered at once.
+class TrackMethods:
+    """What every track can do with its `time`, `modes`, `log_evidence`, `nis` and `decision`; see `Track`.
 
-    ``track[100:200]`` and ``track[mask]`` are tracks of those rows, ``track.between(2.0, 3.0)`` one of those seconds.
-
-    Attributes
-    ----------
-    time : (T,) ndarray or None
-        Seconds, where times were given.
-    modes : (..., T, d) ndarray
-        Most probable values, signs as the filter left them; see `aligned_modes`.
-    log_evidence : (..., T) ndarray
-        log f(zₜ | z₁ … zₜ₋₁); 0 where the measurement is missing.
-    nis : (..., T) or (..., T, S) ndarray
-        Normalised innovation squared of each measurement, of each of S sensors; NaN where it is missing.
-    decision : int8 ndarray, shape as `nis`
-        1 accepted, 0 rejected by the gate, −1 missing.
-    final : state
-        The last state: running on from it continues the track bit for bit. None in a slice that ends elsewhere and has
-        no states.
-    states : batch or list of states, optional
-        One state for each row; None with ``keep="modes"``.
-    threshold : float or (S,) ndarray
-        The largest NIS that the gate accepts; infinite without one.
+    Subclasses are frozen dataclasses, without a repr of their own; they name their fields with a row for each sample.
     """
 
     # Fields with the rows on the axis after the batch; subclasses add theirs.
@@ -57,14 +36,12 @@ class Track(Generic[State]):
     # What to call the sensors, where there are several.
     SENSORS: ClassVar[tuple[str, ...]] = ()
 
-    time: FloatArray | None
-    modes: FloatArray
-    log_evidence: FloatArray
-    nis: FloatArray
-    decision: NDArray[np.int8]
-    final: State
-    states: Any = None
-    threshold: float | FloatArray = np.inf
+    time: Any
+    modes: Any
+    log_evidence: Any
+    nis: Any
+    decision: Any
+    threshold: Any = np.inf
 
     def __len__(self) -> int:
         return self.modes.shape[-2]
@@ -85,14 +62,14 @@ class Track(Generic[State]):
         """Return the track of some rows: a slice, a mask (T,) or indices."""
         chosen = np.arange(len(self))[rows if isinstance(rows, slice) else np.atleast_1d(np.asarray(rows))]  # type: ignore[index]
         batch = self.modes.ndim - 2
-        values = {f.name: getattr(self, f.name) for f in fields(self)}
+        values = {f.name: getattr(self, f.name) for f in fields(cast(Any, self))}
         for name in self.PER_ROW:
             if values.get(name) is not None:
                 values[name] = _rows(values[name], 0 if name == "time" else batch, rows, chosen)
         if not len(chosen) or chosen[-1] != len(self) - 1:
-            known = self.states is not None and len(chosen) > 0
+            states = getattr(self, "states", None)
             values |= dict.fromkeys(self.AT_END)
-            values["final"] = _state(self.states, batch, int(chosen[-1])) if known else None
+            values["final"] = _state(states, batch, int(chosen[-1])) if states is not None and len(chosen) else None
         return type(self)(**values)
 
     def between(self, start: float, end: float) -> Self:
@@ -231,6 +208,43 @@ class Track(Generic[State]):
     def _check_rotations(self) -> None:
         if self.modes.shape[-1] != 4:
             raise InvalidArgumentError("track", "rotations, d = 4", f"d = {self.modes.shape[-1]}")
+
+
+@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
+class Track(TrackMethods, Generic[State]):
+    """Estimates over time; leading batch axes (...) where several sequences were filtered at once.
+
+    ``track[100:200]`` and ``track[mask]`` are tracks of those rows, ``track.between(2.0, 3.0)`` one of those seconds.
+
+    Attributes
+    ----------
+    time : (T,) ndarray or None
+        Seconds, where times were given.
+    modes : (..., T, d) ndarray
+        Most probable values, signs as the filter left them; see `aligned_modes`.
+    log_evidence : (..., T) ndarray
+        log f(zₜ | z₁ … zₜ₋₁); 0 where the measurement is missing.
+    nis : (..., T) or (..., T, S) ndarray
+        Normalised innovation squared of each measurement, of each of S sensors; NaN where it is missing.
+    decision : int8 ndarray, shape as `nis`
+        1 accepted, 0 rejected by the gate, −1 missing.
+    final : state
+        The last state: running on from it continues the track bit for bit. None in a slice that ends elsewhere and has
+        no states.
+    states : batch or list of states, optional
+        One state for each row; None with ``keep="modes"``.
+    threshold : float or (S,) ndarray
+        The largest NIS that the gate accepts; infinite without one.
+    """
+
+    time: FloatArray | None
+    modes: FloatArray
+    log_evidence: FloatArray
+    nis: FloatArray
+    decision: NDArray[np.int8]
+    final: State
+    states: Any = None
+    threshold: float | FloatArray = np.inf
 
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
