@@ -28,6 +28,7 @@ FAST = 1_000_000  # bytes from which loading a fast parser pays
 BLOCK = 4 * 1024 * 1024  # bytes; longer than any line
 BATCH = 20_000  # rows that the careful parser has in memory as text
 MISSING = ("", "nan", "NaN", "NAN", "-nan", "null", "NULL", "None", "NA", "N/A", "n/a")
+USUALLY_MISSING = ("", "nan", "NaN")  # to the fast parser, which each further word slows down
 FLOAT = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?|[-+]?inf(?:inity)?", re.ASCII | re.IGNORECASE)
 INTEGER = re.compile(r"[-+]?\d{1,19}", re.ASCII)
 DECIMAL_COMMA = re.compile(r"[-+]?\d+,\d+([eE][-+]?\d+)?", re.ASCII)
@@ -123,7 +124,7 @@ def _by_arrow(text: TextFile, layout: Layout, kinds: dict[int, str]) -> dict[int
             convert_options=reader.ConvertOptions(
                 column_types={str(k): types[kind] for k, kind in kinds.items()},
                 include_columns=[str(k) for k in kinds],
-                null_values=list(MISSING),
+                null_values=list(USUALLY_MISSING),
                 decimal_point=layout.decimal,
                 check_utf8="word" in kinds.values(),
             ),
