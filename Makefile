@@ -34,24 +34,19 @@ $(VENV)/.with-%: pyproject.toml | $(BIN)/python
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable ".[$*]"
 	@touch $@
 
-# Numba keeps machine code on disk but does not see that a callee in another file changed: start afresh then.
-build/.kernels: $(shell grep -rl "kernels.compile import" src)
-	@find src \( -name '*.nbi' -o -name '*.nbc' \) -delete
-	@mkdir -p build && touch $@
-
 # One thread for each worker's linear algebra, two where a test asks for threads.
 test: export OMP_NUM_THREADS = 1
 test: export OPENBLAS_NUM_THREADS = 1
 test: export NUMBA_NUM_THREADS = 2
 test: export MPLBACKEND = Agg
-test: $(VENV)/.with-test build/.kernels
+test: $(VENV)/.with-test
 	$(BIN)/python -m pytest $(PYTEST_ARGS)
 
 demo: export MPLBACKEND = Agg
-demo: $(VENV)/.with-cli,io build/.kernels
+demo: $(VENV)/.with-cli,io
 	$(BIN)/bingham track $(RECORDING) -o demo
 
-bench: $(VENV)/.with-cli,io,bench build/.kernels
+bench: $(VENV)/.with-cli,io,bench
 	$(BIN)/python benchmarks/run.py
 
 # An hour in all; CI takes a minute.
@@ -71,7 +66,7 @@ format: $(VENV)/.with-lint
 	$(BIN)/ruff format
 
 docs: export MPLBACKEND = Agg
-docs: $(VENV)/.with-docs build/.kernels
+docs: $(VENV)/.with-docs
 	$(BIN)/python -m sphinx -W --keep-going -b html docs docs/_build/html
 
 clean:

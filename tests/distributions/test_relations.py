@@ -83,3 +83,14 @@ def test_bad_input_is_named():
         to_von_mises_fisher(Bingham([-9.0, -1.0, 0.0], np.eye(3)))
     with pytest.raises(InvalidArgumentError, match="covariance"):
         from_gaussian([1.0, 0.0], [[1.0, 0.0], [0.0, -1.0]])
+
+
+@pytest.mark.parametrize("d", [2, 3, 4, 6])
+@pytest.mark.parametrize("deviation", [1e-4, 1e-6, 1e-8, 1e-10, 1e-12])
+def test_narrow_gaussians_keep_their_digits(d, deviation):
+    """N(m, σ² I) of a unit m is, projected, a narrow distribution with −2 z σ² = 1 + (d − 1) σ² + …."""
+    m = np.random.default_rng(d).normal(size=d)
+    m /= np.linalg.norm(m)
+    p = from_gaussian(m, deviation**2 * np.eye(d))
+    np.testing.assert_allclose(-2.0 * p.z[:-1] * deviation**2, 1.0 + (d - 1) * deviation**2, rtol=1e-11, atol=1e-15)
+    assert abs(abs(p.mode @ m) - 1.0) < 1e-14

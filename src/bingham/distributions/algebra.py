@@ -20,6 +20,8 @@ __all__ = ["NoiseParts", "compose_spectra", "noise_parts", "sample_rows", "sorte
 FloatArray = NDArray[np.float64]
 
 ORTHOGONAL_TOLERANCE = 1e-6
+# A frame as orthogonal as this stays as it is: what was computed or saved comes back with the same bits.
+ROUNDING = 1e-14
 SYMMETRY_TOLERANCE = 1e-8
 
 
@@ -63,8 +65,9 @@ def sorted_spectrum(z: ArrayLike, frame: ArrayLike) -> tuple[FloatArray, FloatAr
     order = np.argsort(a, axis=-1, kind="stable")
     a = np.take_along_axis(a, order, axis=-1)
     m = np.take_along_axis(m, order[..., None, :], axis=-1)
-    # One Newton step towards the nearest orthogonal matrix removes the rounding of typed or stored digits.
-    m = m @ (1.5 * np.eye(d) - 0.5 * (np.swapaxes(m, -1, -2) @ m))
+    if off > ROUNDING:
+        # One Newton step towards the nearest orthogonal matrix removes the rounding of typed or stored digits.
+        m = m @ (1.5 * np.eye(d) - 0.5 * (np.swapaxes(m, -1, -2) @ m))
     return np.ascontiguousarray(a - a[..., -1:]), np.ascontiguousarray(m)
 
 

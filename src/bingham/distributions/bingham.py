@@ -99,7 +99,25 @@ class Bingham:
         return (Bingham.from_spectrum, (np.array(self._z), np.array(self._M)))
 
     def __repr__(self) -> str:
-        return f"Bingham(z={np.array2string(self._z, threshold=8)}, mode={np.array2string(self.mode, threshold=8)})"
+        if self.shape:
+            return f"<Bingham: a batch {self.shape} of distributions, d = {self.dim}>"
+        z, mode = (np.array2string(a, threshold=8, max_line_width=200) for a in (self._z, self.mode))
+        return f"Bingham(z={z}, mode={mode})"
+
+    def __eq__(self, other: object) -> bool:
+        """Whether z and the principal axes are the same numbers, axes up to sign; those of z = 0 do not matter."""
+        return isinstance(other, Bingham) and self.shape == other.shape and self._key() == other._key()
+
+    def __hash__(self) -> int:
+        return hash(self._key())
+
+    def _key(self) -> bytes:
+        """Return the bytes that equal distributions share; + 0.0 makes one zero of two."""
+        first = np.take_along_axis(self._M, np.abs(self._M).argmax(axis=-2, keepdims=True), axis=-2)
+        axes = np.where(self._z[..., None, :] == 0.0, 0.0, self._M * np.sign(first))
+        single = np.count_nonzero(self._z == 0.0, axis=-1)[..., None] == 1
+        axes[..., -1] = np.where(single, (self._M * np.sign(first))[..., -1], 0.0)
+        return (self._z + 0.0).tobytes() + (axes + 0.0).tobytes()
 
     # Construction
 
@@ -433,10 +451,26 @@ class Bingham:
     def credible_angle(self, p: ArrayLike) -> Any:
         """Return the angle α in [0, π/2] with P(angle(x, ±mode) ≤ α) = p, in rad.
 
-        The angle is the one on the sphere, arccos |xᵀ mode|; the angle of the *rotation* is twice that (d = 4).
+        The angle is the one on the sphere, arccos |xᵀ mode|; see `credible_rotation_angle` for that of a rotation (d = 4).
         p (...) in [0, 1] broadcasts against the batch.
         """
         return credible_angle(self._z, p)
+
+    def credible_rotation_angle(self, p: ArrayLike) -> Any:
+        """Return the rotation angle α in [0, π] with P(angle of the rotation from the mode to x ≤ α) = p, rad; d = 4.
+
+        The angle of mode* ⊗ x, 2 arccos |xᵀ mode|: twice `credible_angle`. p (...) in [0, 1] broadcasts.
+
+        Examples
+        --------
+        >>> import numpy as np
+        >>> p = Bingham.from_covariance([1.0, 0, 0, 0], np.radians(2.0) ** 2 * np.eye(3), frame="body")
+        >>> float(np.degrees(p.credible_rotation_angle(0.95)).round(2))
+        5.59
+        """
+        if self.dim != 4:
+            raise InvalidArgumentError("distribution", "one of rotations, d = 4", f"d = {self.dim}")
+        return 2.0 * credible_angle(self._z, p)
 
     @frame_required
     def covariance(

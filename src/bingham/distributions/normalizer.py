@@ -175,6 +175,14 @@ def solve_moments(w: ArrayLike) -> tuple[FloatArray, FloatArray, NDArray[np.int6
             "a zero moment means a distribution on a smaller sphere: "
             "drop that axis, or add the variance that rounding or noise hides",
         )
+    if np.any(a < 0.5 / LARGEST):
+        smallest = a.min()
+        raise InvalidArgumentError(
+            "w",
+            f"second moments of at least {0.5 / LARGEST:g}, to which concentrations of −{LARGEST:g} belong",
+            smallest,
+            "drop that axis, or add the variance that rounding or noise hides",
+        )
     total = a.sum(axis=-1, keepdims=True)
     if not np.all(np.abs(total - 1.0) <= SUM_TOLERANCE):
         worst = total.flat[int(np.argmax(np.abs(total - 1.0)))]

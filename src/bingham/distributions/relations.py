@@ -9,8 +9,10 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.integrate import quad_vec
 
 from bingham.distributions.bingham import Bingham
+from bingham.distributions.normalizer import solve_moments, solve_spectrum
 from bingham.distributions.uncertainty import colatitude_density
 from bingham.errors import InvalidArgumentError
+from bingham.kernels.numpy_rule import diagonalize_one
 from bingham.validation import unit_rows
 
 __all__ = ["Gaussian", "angular_variance", "from_gaussian", "from_von_mises", "from_von_mises_fisher", "to_gaussian",
@@ -86,23 +88,34 @@ def from_gaussian(mean: ArrayLike, covariance: ArrayLike) -> Bingham:
         raise InvalidArgumentError("mean", "a finite vector (d,), d >= 2", mean)
     if c.shape != (d, d) or not np.allclose(c, c.T, rtol=1e-10, atol=1e-14):
         raise InvalidArgumentError("covariance", f"a symmetric matrix ({d}, {d})", covariance)
-    values, axes = np.linalg.eigh(c)
+    values = np.linalg.eigvalsh(c)
     if not values[0] >= -1e-12 * max(values[-1], 0.0):
         raise InvalidArgumentError("covariance", "no negative eigenvalue", values[0])
+    # In axes of which the first is the mean, and with the others in units of their deviation, so that narrow
+    # distributions keep their digits: no difference of near numbers is taken.
+    basis = np.linalg.qr(np.column_stack([m, np.eye(d)]))[0]
+    a = basis.T @ m
+    values, axes = np.linalg.eigh(basis.T @ c @ basis)
     values = np.maximum(values, 0.0)
-    a = axes.T @ m
     scale = float(a @ a + values.sum())
+    unit = np.full(d, float(np.sqrt(values.sum() / scale)) or 1.0)
+    unit[0] = 1.0
 
     def integrand(u: float) -> FloatArray:
         # t = u/(1 − u)/scale maps [0, 1) to all t.
         t = u / (1.0 - u) / scale
         g = 1.0 / (1.0 + 2.0 * t * values)
-        factor = np.exp(-t * float(a @ (g * a))) * np.sqrt(np.prod(g)) / (scale * (1.0 - u) ** 2)
-        return factor * (np.outer(g * a, g * a) + np.diag(values * g))
+        spread = (axes * (values * g)) @ axes.T
+        moved = -2.0 * t * (spread @ a)
+        moved[0] = axes[0] * g @ (axes.T @ a)
+        factor = np.exp(-t * float(g @ (axes.T @ a) ** 2)) * np.sqrt(np.prod(g)) / (scale * (1.0 - u) ** 2)
+        return factor * (np.outer(moved, moved) + spread) / np.outer(unit, unit)
 
     moment, _ = quad_vec(integrand, 0.0, 1.0, epsabs=1e-13, epsrel=1e-11)
-    moment = axes @ (moment / np.trace(moment)) @ axes.T
-    return Bingham.from_moment(0.5 * (moment + moment.T))
+    moment *= np.outer(unit, unit)
+    w, frame = diagonalize_one(0.5 * (moment + moment.T) / np.trace(moment))
+    z, log_f = solve_spectrum(w) if w[0] > 0.0 else solve_moments(w)[:2]
+    return Bingham.from_spectrum(z, np.ascontiguousarray(basis @ frame), log_f)
 
 
 def to_von_mises(distribution: Bingham) -> tuple[float, float]:
