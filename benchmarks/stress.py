@@ -1,8 +1,8 @@
 """Filter steps and operations on distributions in random order over 1e-12 … 1e12, with what must hold after each.
 
 python benchmarks/stress.py [STEPS] [OPERATIONS] [SEED]; 1e6 of each by default, 1e8 for a night. After every step or
-operation: finite, sorted, last concentration 0, axes orthonormal to 1e-12, moments positive with sum 1, KL ≥ 0, NIS ≥ 0;
-for d = 2 the evidence against its closed form.
+operation: finite, sorted, last concentration 0, axes orthonormal to 1e-12, moments positive with sum 1, KL ≥ 0,
+NIS ≥ 0; for d = 2 the evidence against its closed form.
 """
 
 from __future__ import annotations
