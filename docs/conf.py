@@ -63,14 +63,19 @@ def fill_in(app, docname: str, source: list[str]) -> None:
     entries = "\n".join(f"   {stem}" for stem in studies)
     tree = f".. toctree::\n   :maxdepth: 1\n\n{entries}" if studies else ""
     source[0] = source[0].replace("{{studies}}", tree)
-    names = "\n".join(f"   ~{getattr(bingham, name).__module__}.{name}" for name in bingham.__all__)
-    source[0] = source[0].replace("{{names}}", f".. autosummary::\n\n{names}")
+    source[0] = re.sub(r"{{names:([\w\s]+)}}", lambda m: summary_of(m.group(1).split()), source[0])
     if "{{table:" in source[0]:
         for name, table in generated.tables().items():
             source[0] = source[0].replace(f"{{{{table:{name}}}}}", table)
     if "{{commands}}" in source[0]:
         source[0] = source[0].replace("{{commands}}", generated.commands())
     source[0] = re.sub(r"{{results:([\w-]+)}}", lambda m: generated.study_table(m.group(1)), source[0])
+
+
+def summary_of(names: list[str]) -> str:
+    """Return a table of public names with the first line of their descriptions."""
+    entries = "\n".join(f"   ~{getattr(bingham, name).__module__}.{name}" for name in names)
+    return f".. autosummary::\n\n{entries}"
 
 
 def escape_bars(app, what: str, name: str, obj: object, options: object, lines: list[str]) -> None:

@@ -84,6 +84,14 @@ def test_public_names_in_pages_are_links():
     assert unlinked == []
 
 
+def test_every_public_name_has_a_task():
+    import bingham
+
+    page = (ROOT / "docs/api/index.rst").read_text(encoding="utf-8")
+    listed = [name for group in re.findall(r"{{names:([^}]*)}}", page) for name in group.split()]
+    assert sorted(listed) == sorted(set(bingham.__all__) - {"__version__"})
+
+
 def test_all_modules_are_in_the_reference():
     import bingham
 
