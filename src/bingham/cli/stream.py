@@ -194,11 +194,15 @@ class Follower:
 
     def _answer(self, time: float) -> str:
         """Return a line of JSON; numbers are written as Python does, which JSON reads."""
+        from bingham.filters.imu_track import UNIFORM_INCLINATION, UNIFORM_VARIANCE
+
         stream = self._stream
         orientation = inclination = heading = "null"
         if stream.started:
-            q = stream.orientation.tolist()
-            tilt, north = stream.inclination_std, stream.heading_std
+            modes, c = stream._reported()  # once: each of the stream's properties would ask anew
+            q = modes.tolist()
+            tilt = math.sqrt(min(c[0, 0] + c[1, 1], UNIFORM_INCLINATION))
+            north = math.sqrt(min(c[2, 2], UNIFORM_VARIANCE))
             if math.isfinite(q[0] + q[1] + q[2] + q[3] + tilt + north):
                 orientation = str(q)
                 inclination, heading = repr(math.degrees(tilt)), repr(math.degrees(north))
