@@ -85,6 +85,11 @@ def _track(
     outputs = settings.outputs
     step("reading")
     whole = renamed(read(path, settings.format, settings.reading), name)
+    if isinstance(whole, ImuRecording):
+        from bingham.filters.imu_check import check_recording
+
+        for finding in check_recording(whole):
+            note(f"{name}: {finding.name}: {finding.message}")
     _release()
     if outputs.tum and isinstance(whole, OrientationRecording) and whole.dim != 4:
         raise InvalidArgumentError("--tum", "orientations in space", f"{path}, axes in the plane", "leave --tum out")

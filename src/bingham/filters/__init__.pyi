@@ -5,6 +5,7 @@ from .constant_spin import ConstantSpin as ConstantSpin
 from .constant_spin import fit_constant_spin as fit_constant_spin
 from .first_order import BinghamFilter as BinghamFilter
 from .gate import Gate as Gate
+from .imu_check import check_recording as check_recording
 from .imu import ImuFilter as ImuFilter
 from .imu_events import ImuStream as ImuStream
 from .imu_state import ImuState as ImuState

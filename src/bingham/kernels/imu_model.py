@@ -2,7 +2,7 @@
 
 Errors e, in order: θ (world axes, R_true = Exp(θ) R), v (velocity, world), b (gyroscope bias, body) and a
 (accelerometer bias, body); v_true = Exp(θ) v + δv is the right-invariant error of Barrau & Bonnabel (IEEE
-Trans. Autom. Control 62(4), 2017), whose dynamics do not depend on heading: an unknown heading leaves the inclination alone.
+Trans. Autom. Control 62(4), 2017), whose dynamics do not depend on heading: an unknown one leaves the tilt alone.
 """
 
 from __future__ import annotations
