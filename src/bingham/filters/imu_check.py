@@ -89,7 +89,9 @@ def _compare(recording: ImuRecording, rows: FloatArray, sensor: str) -> Finding 
     other = best[0] > max(FOUND, correlation + 0.1) and abs(best[1] - 1.0) < 0.3
     if correlation > CLEAR and abs(slope - 1.0) < SCALE and not other:
         return None
-    says = f"the {what}'s direction changes by {slope:.3g} times what the gyroscope says (correlation {correlation:.2f})"
+    says = (
+        f"the {what}'s direction changes by {slope:.3g} times what the gyroscope says (correlation {correlation:.2f})"
+    )
     if abs(correlation) > CLEAR:
         for name, expected, hint in (
             ("sign", -1.0, f"the gyroscope's or the {what}'s sign is flipped"),

@@ -43,10 +43,10 @@ RETURN = 0.25
 SPIKE_STEP = 0.05  # s: of samples further apart none follows from the last
 GOOD, HELD, BACK, BOTH = range(4)
 SMALLEST_RANGE = 2.0  # rad/s: no gyroscope ends at less than 125°/s = 2.2 rad/s
-CLIP_EXCESS = 0.4  # share of the range by which a clipped rate usually exceeds it
+CLIP_EXCESS = 0.8  # share of the range by which a clipped rate usually exceeds it
 FREEZE_TIME = 0.12  # s of exactly repeated rows that no resampling makes
 FREEZE_NOISE = 0.3  # rad²/s, θ while the gyroscope is frozen: 1 rad/s with a correlation time of 0.15 s
-LOST_TILT = 0.3  # rad², variance of the tilt beyond which the next force is a start
+LOST_TILT = 1.0  # rad², variance of the tilt beyond which the next force is a start
 DELAY_SHARE = 1.0 / 3.0  # of the sensor's delay that is not known
 NORTH_SHARE = 0.5  # of a magnetometer's error that the place and the calibration make: no averaging removes it
 # Reported variances of the tilt are those of the filter times what its corrections say, at least LEVEL_FLOOR, and more

@@ -73,6 +73,7 @@ CORRELATION_TURN = 0.1  # rad
 SCALE_TIME = 1.0  # s
 SWING_TIME = 1.0  # s, correlation time of a velocity that can be mistaken for a tilt
 REST_SPEED = 0.003  # m/s
+DOUBTFUL_TILT = 0.05  # rad², variance of a tilt that says nothing about motion
 MAXIMAL_SPEED = 3.0  # m/s, largest typical speed that is believed
 MAXIMAL_BIAS = 0.25  # rad/s; no gyroscope that is one has more
 MAXIMAL_FORCE_BIAS = 0.5  # m/s²
@@ -297,7 +298,8 @@ def speed_variance(s, par, dt):
         s.swing[i] += (force - s.mean_force[i]) * dt - gain * s.swing[i]
         s.slow_swing[i] += min(1.0, dt / SWING_TIME) * (s.swing[i] - s.slow_swing[i])
         power += s.slow_swing[i] ** 2
-    s.swing_power += gain * (min(power / 3.0, MAXIMAL_SPEED**2) - s.swing_power)
+    if s.covariance[0, 0] + s.covariance[1, 1] < DOUBTFUL_TILT:  # else gravity is taken for motion
+        s.swing_power += gain * (min(power / 3.0, MAXIMAL_SPEED**2) - s.swing_power)
     return s.swing_power + par.slow_velocity**2
 
 
