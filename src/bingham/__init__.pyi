@@ -27,8 +27,8 @@ from .errors import InvalidArgumentError as InvalidArgumentError
 from .filters.constant_spin import fit_constant_spin as fit_constant_spin
 from .filters.first_order import BinghamFilter as BinghamFilter
 from .filters.gate import Gate as Gate
-from .filters.imu_check import check_recording as check_recording
 from .filters.imu import ImuFilter as ImuFilter
+from .filters.imu_check import check_recording as check_recording
 from .filters.mixture_filter import MixtureFilter as MixtureFilter
 from .filters.sampled import SampledFilter as SampledFilter
 from .filters.second_order import SecondOrderBinghamFilter as SecondOrderBinghamFilter

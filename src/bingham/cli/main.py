@@ -27,6 +27,7 @@ COMMANDS = [
     "cluster",
     "planes",
     "tune",
+    "calibrate",
     "simulate",
     "reproduce",
     "formats",

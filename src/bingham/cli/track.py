@@ -106,6 +106,9 @@ def track(
     state: Path | None = typer.Option(
         None, metavar="FILE", help="With -: go on from this state if it is there, and keep it up to date."
     ),
+    calibration: Path | None = typer.Option(
+        None, "--calibration", metavar="FILE", help="IMU: the magnetometer's, as bingham calibrate writes it."
+    ),
     plain: bool = typer.Option(False, "--plain", help="IMU: the simple filter, without gyroscope bias."),
     spin: bool = typer.Option(
         False,
@@ -175,6 +178,7 @@ def track(
         filtering=FilterOptions(process_noise, measurement_noise, gate, plain, smooth),
         outputs=Outputs(csv, npz, parquet, figure, tum, bag, chosen, frame.value, float32),
         orientation_topic=orientation_topic,
+        calibration=calibration,
     )
     found = named(gathered(expanded(recordings), reading))
     if bag:

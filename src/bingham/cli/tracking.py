@@ -30,6 +30,7 @@ class Settings(NamedTuple):
     filtering: FilterOptions
     outputs: Outputs
     orientation_topic: str | None = None
+    calibration: Path | None = None
 
 
 def track_one(
@@ -88,6 +89,10 @@ def _track(
     if isinstance(whole, ImuRecording):
         from bingham.filters.imu_check import check_recording
 
+        if settings.calibration is not None:
+            from bingham.cli.calibrate import calibrated
+
+            whole = calibrated(whole, settings.calibration)
         for finding in check_recording(whole):
             note(f"{name}: {finding.name}: {finding.message}")
     _release()

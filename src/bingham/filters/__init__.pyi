@@ -5,8 +5,10 @@ from .constant_spin import ConstantSpin as ConstantSpin
 from .constant_spin import fit_constant_spin as fit_constant_spin
 from .first_order import BinghamFilter as BinghamFilter
 from .gate import Gate as Gate
-from .imu_check import check_recording as check_recording
 from .imu import ImuFilter as ImuFilter
+from .imu_calibration import MagnetometerCalibration as MagnetometerCalibration
+from .imu_calibration import calibrate_magnetometer as calibrate_magnetometer
+from .imu_check import check_recording as check_recording
 from .imu_events import ImuStream as ImuStream
 from .imu_state import ImuState as ImuState
 from .imu_track import ImuTrack as ImuTrack

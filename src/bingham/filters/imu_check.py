@@ -137,11 +137,10 @@ def _regress(y: FloatArray, x: FloatArray) -> tuple[float, float]:
 
 def _axes(y: FloatArray, u: FloatArray, turns: FloatArray) -> list[tuple[float, float, str]]:
     """Return correlation, slope and name of every signed permutation of the gyroscope's axes."""
-    return [
-        (
-            *_regress(y, -np.cross(turns[:, order] * signs, u))[::-1],
-            ", ".join(("-" if sign < 0 else "") + "xyz"[k] for sign, k in zip(signs, order, strict=True)),
-        )
-        for order in permutations(range(3))
-        for signs in product((1.0, -1.0), repeat=3)
-    ]
+    tried: list[tuple[float, float, str]] = []
+    for order in permutations(range(3)):
+        for signs in product((1.0, -1.0), repeat=3):
+            slope, correlation = _regress(y, -np.cross(turns[:, order] * signs, u))
+            names = [("-" if sign < 0 else "") + "xyz"[k] for sign, k in zip(signs, order, strict=True)]
+            tried.append((correlation, slope, ", ".join(names)))
+    return tried
