@@ -10,6 +10,7 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).parent))
 
 import generated
+from study_results import fill_results
 
 import bingham
 
@@ -62,7 +63,7 @@ def fill_in(app, docname: str, source: list[str]) -> None:
     studies = sorted(p.stem for p in (Path(__file__).parent / "studies").glob("*.rst") if p.stem != "index")
     entries = "\n".join(f"   {stem}" for stem in studies)
     tree = f".. toctree::\n   :maxdepth: 1\n\n{entries}" if studies else ""
-    source[0] = source[0].replace("{{studies}}", tree)
+    source[0] = fill_results(source[0].replace("{{studies}}", tree))
     source[0] = re.sub(r"{{names:([\w\s]+)}}", lambda m: summary_of(m.group(1).split()), source[0])
     if "{{table:" in source[0]:
         for name, table in generated.tables().items():

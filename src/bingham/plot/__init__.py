@@ -1,7 +1,7 @@
 """Figures of distributions, mixtures and tracks: functions that take values and return a ``matplotlib.figure.Figure``.
 
 `plot_fit` draws axes with their fitted distribution, mode and 95 % confidence ellipse, `plot_fabric` a
-geologist's stereonet; `plot_mixture` a mixture;
+geologist's stereonet; `plot_density` a density without samples; `plot_mixture` a mixture;
 `plot_track` rotations over time with their 95 % bands, `plot_planar_track` axes in the plane; `plot_profiles` what
 `tune` found. Save a figure with ``savefig``. Matplotlib (``pip install 'bingham[plot]'``) is loaded by the first one
 drawn.
@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:  # what the table below loads, for editors and type checkers
     from bingham.plot.axes import equal_area as equal_area
     from bingham.plot.axes import plot_fit as plot_fit
+    from bingham.plot.density import plot_density as plot_density
     from bingham.plot.mixture import plot_mixture as plot_mixture
     from bingham.plot.mixture import plot_rotation_cloud as plot_rotation_cloud
     from bingham.plot.planar_track import plot_planar_track as plot_planar_track
@@ -28,6 +29,7 @@ if TYPE_CHECKING:  # what the table below loads, for editors and type checkers
 _PUBLIC = {
     "draw_fabric": "stereonet",
     "equal_area": "axes",
+    "plot_density": "density",
     "plot_fabric": "stereonet",
     "plot_fit": "axes",
     "plot_mixture": "mixture",

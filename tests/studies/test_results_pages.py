@@ -1,0 +1,48 @@
+"""Pages whose numbers come from the results files."""
+
+import importlib.util
+from pathlib import Path
+
+import pytest
+
+DOCS = Path(__file__).parents[2] / "docs"
+
+
+@pytest.fixture(scope="module")
+def results():
+    spec = importlib.util.spec_from_file_location("study_results", DOCS / "study_results.py")
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def test_every_place_of_the_ball_page_has_its_row(results):
+    text = (DOCS / "studies" / "glover2013-ball.rst").read_text(encoding="utf-8")
+    assert len(results.PLACE.findall(text)) > 10
+    assert "{{" not in results.fill_results(text)
+    with pytest.raises(KeyError):
+        results.fill_results("{{glover2013-ball | no such case | x | y | .1f}}")
+
+
+def test_what_the_ball_page_says_is_so(results):
+    rows = results.rows_of("glover2013-ball")
+    case = "logo noise -200/-200/-100, frame 30"
+
+    def value(name, metric):
+        return rows[case, name, metric]["value"]
+
+    assert value("bingham_second_order", "classification_rate") >= 0.98
+    assert value("bingham_mixture_adapted", "classification_rate") >= 0.995
+    assert value("bingham_mixture_adapted", "spin_error_rad") <= 0.10
+    difference = rows[case, "ekf_first_order", "spin_error_rad_above_second_order"]
+    assert abs(difference["value"]) < 2.0 * difference["stderr"]
+    ahead = rows[case, "bingham_first_order_fair", "spin_error_rad_above_second_order"]
+    assert ahead["value"] < -3.0 * ahead["stderr"]
+
+
+def test_the_page_of_figures_has_no_empty_row():
+    lines = (DOCS / "papers.rst").read_text(encoding="utf-8").split("What is printed wrong")[0].splitlines()
+    starts = [i for i, line in enumerate(lines) if line.startswith("   * - ")]
+    assert len(starts) > 25
+    for i in starts:
+        assert lines[i][7:].strip() and lines[i + 1].startswith("     - ") and lines[i + 1][7:].strip(), lines[i]
