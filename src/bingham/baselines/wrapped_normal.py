@@ -94,7 +94,7 @@ class WrappedNormalFilter(KalmanFilter[DoubledAngleState]):
         kappa_x, kappa_z = state.kappa, self._sensor_kappa
         vector = kappa_x * np.exp(1j * state.direction) + kappa_z * np.exp(1j * phi)
         kappa = np.abs(vector)
-        # κ_x + κ_z − κ without cancellation, by the law of cosines; 0 if nothing is known.
+        # κ_x + κ_z − κ without cancellation, by the cosine rule; 0 if nothing is known.
         length = np.maximum(kappa_x + kappa_z + kappa, np.finfo(float).tiny)
         loss = 4.0 * kappa_x * kappa_z * np.sin(0.5 * (phi - state.direction)) ** 2 / length
         # log ∫ f(z|x) f(x), as a density of the axis on the whole circle of (cos θ, sin θ).
