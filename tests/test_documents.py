@@ -129,18 +129,6 @@ def test_the_page_of_commands_is_made_from_the_program():
                 assert parameter.param_type_name == "argument" or option in text, (name, option)
 
 
-def test_table_of_csv_columns_is_the_one_of_the_reader():
-    from bingham.io.columns import ALIASES, COLUMNS, UNITS
-
-    page = (ROOT / "docs/formats.rst").read_text(encoding="utf-8")
-    section = page.split("Columns of a CSV file\n---")[1].split("\n---")[0]
-    rows = re.findall(r"^   \* - (.+)\n     - (.+)\n     - (.+)$", section, re.M)
-    cells = [(re.findall(r"``(\w+)``", columns), re.findall(r"``(\w+)``", units)) for _, columns, units in rows]
-    listed = [(columns, units) for columns, units in cells if columns]
-    expected = [([*c, *ALIASES] if q == "time" else c, list(UNITS.get(q, {}))) for q, c in COLUMNS.items()]
-    assert listed == expected
-
-
 def test_table_of_npz_arrays_is_the_one_of_the_reader():
     from bingham.io.trial import IMU_FIELDS, LONG_NAMES
 

@@ -79,9 +79,12 @@ def test_names_that_would_move_the_cursor_are_shown_as_escapes(bingham, imu, tmp
 
 def small_disk(folder):
     folder.mkdir()
-    if not shutil.which("mount") or subprocess.run(
-        ["mount", "-t", "tmpfs", "-o", "size=64k", "tmpfs", folder], capture_output=True, check=False
-    ).returncode:
+    if (
+        not shutil.which("mount")
+        or subprocess.run(
+            ["mount", "-t", "tmpfs", "-o", "size=64k", "tmpfs", folder], capture_output=True, check=False
+        ).returncode
+    ):
         pytest.skip("mounting a small disk is not allowed here")
 
 

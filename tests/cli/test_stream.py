@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from bingham import ImuFilter
-from bingham.filters import ImuState, ImuStream
 from bingham.cli.stream import SAVE_EVERY_S, Follower, follow
 from bingham.cli.stream_input import LONGEST_LINE, lines_of
+from bingham.filters import ImuState, ImuStream
 from bingham.io import read_recording
 
 COMMAND = [sys.executable, "-m", "bingham", "track", "-"]
