@@ -451,7 +451,7 @@ class Bingham:
     def credible_angle(self, p: ArrayLike) -> Any:
         """Return the angle α in [0, π/2] with P(angle(x, ±mode) ≤ α) = p, in rad.
 
-        The angle is the one on the sphere, arccos |xᵀ mode|; `credible_rotation_angle` gives that of a rotation (d = 4).
+        It is the angle on the sphere, arccos |xᵀ mode|; `credible_rotation_angle` gives that of a rotation (d = 4).
         p (...) in [0, 1] broadcasts against the batch.
         """
         return credible_angle(self._z, p)
