@@ -9,7 +9,6 @@ from typing import Any, ParamSpec, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.optimize import root_scalar
 
 from bingham.distributions.normalizer import log_normalizer, log_normalizer_derivatives
 from bingham.errors import InvalidArgumentError
@@ -59,6 +58,8 @@ def colatitude_density(z: FloatArray, angle: float) -> tuple[FloatArray, FloatAr
 
 def credible_angle(z: FloatArray, p: ArrayLike) -> Any:
     """Return α (...) with P(arccos |xᵀ mode| ≤ α) = p for z (..., d), p (...), broadcast."""
+    from scipy.optimize import root_scalar
+
     share = as_numbers(p, "p")
     if not np.all((share >= 0.0) & (share <= 1.0)):
         raise InvalidArgumentError("p", "probabilities in [0, 1]", p)

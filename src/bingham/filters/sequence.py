@@ -64,7 +64,8 @@ def run_compiled(
     kept = 1 if rows.keep == "last" else length
     table = sensor_table(sensors, thresholds, d)
     left = bool(getattr(motion, "left", False))
-    results = run_sequences(motion, variances, left, table, z, frames, controls, y, np.ones(1), kept)
+    shares = None if all(isinstance(sensor, OrientationSensor) for sensor in sensors) else np.ones(1)
+    results = run_sequences(motion, variances, left, table, z, frames, controls, y, shares, kept)
     unusable = np.argwhere(results[4] < -1)
     if len(unusable):
         b, t, s = (int(i) for i in unusable[0])
@@ -165,7 +166,7 @@ def run_sequences(
     frames: FloatArray,
     controls: FloatArray,
     y: FloatArray,
-    shares: FloatArray,
+    shares: FloatArray | None,
     kept: int,
 ) -> tuple[Any, ...]:
     """Return z, frames by columns, log-evidence, nis and decision of B sequences; z and frames hold the end states."""

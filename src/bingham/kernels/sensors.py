@@ -142,23 +142,32 @@ def _log_noises(sensors, share, terms, out):
 
 
 @compiled(exact=True)
+def _orientation_likelihood(sensors, s, row, rotated):
+    """Write the noise axes of sensor s about its measured orientation to rotated (4, 4); return accepted or missing."""
+    i = sensors.column[s]
+    if math.isnan(row[i] + row[i + 1] + row[i + 2] + row[i + 3]):
+        return MISSING
+    for j in range(4):
+        for m in range(4):
+            rotated[j, m] = sensors.noise_frame[s, j, m]
+    rotate_rows(rotated, row[i : i + 4], not sensors.left[s])
+    return ACCEPTED
+
+
+@compiled(exact=True)
 def _likelihood(sensors, s, row, frame, share, rotated, matrix):
     """Write the likelihood of sensor s for a row of measurements to rotated (noise axes) or matrix, both (4, 4).
 
     Returns a decision: accepted so far, missing or unusable.
     """
+    if sensors.kind[s] == ORIENTATION:
+        return _orientation_likelihood(sensors, s, row, rotated)
     i = sensors.column[s]
     y0, y1, y2 = row[i], row[i + 1], row[i + 2]
     if math.isnan(y0 + y1 + y2):
         return MISSING
     k = sensors.concentration[s] * share
-    usable = True
-    if sensors.kind[s] == ORIENTATION:
-        for j in range(4):
-            for m in range(4):
-                rotated[j, m] = sensors.noise_frame[s, j, m]
-        rotate_rows(rotated, row[i : i + 4], not sensors.left[s])
-    elif sensors.kind[s] == VECTOR:
+    if sensors.kind[s] == VECTOR:
         usable = vector_likelihood(y0, y1, y2, sensors.reference[s], k, matrix)
     else:
         east, north = sensors.reference[s, 0], sensors.reference[s, 1]
@@ -172,14 +181,14 @@ def run_sequences(z, frame, motion, measurements, sensors, shares, kept):
 
     z (B, 4) and frame (B, 4, 4; by rows) hold the end states. A sensor with NaN in its columns measured nothing. An
     update whose NIS, −2 times the largest eigenvalue, exceeds the sensor's threshold is rejected. shares (T,) or (1,):
-    factors of the concentrations of vectors and headings.
+    factors of the concentrations of vectors and headings, or None if there are none: then nothing is compiled for them.
     """
     steps, count = measurements.shape[1], sensors.kind.size
     last_only = kept.z.shape[1] != steps
     work = work_space_4()
     w = work[0]
     matrix, rotated, old = np.empty((4, 4)), np.empty((4, 4)), np.empty((5, 4))
-    log_noises = np.empty(count)
+    log_noises = sensors.log_normalizer.copy()
     share = math.nan
     for b in range(z.shape[0]):
         x, f = z[b], frame[b]
@@ -235,12 +244,16 @@ def run_sequences(z, frame, motion, measurements, sensors, shares, kept):
                     moved = False
                 if moved:
                     log_f, _ = newton_4(w, x, 4, work[4])
-                new_share = shares[t if shares.size > 1 else 0]
-                if new_share != share:
-                    share = new_share
-                    _log_noises(sensors, share, work[4], log_noises)
+                if shares is not None:
+                    new_share = shares[t if shares.size > 1 else 0]
+                    if new_share != share:
+                        share = new_share
+                        _log_noises(sensors, share, work[4], log_noises)
             while s < count and not pending:
-                decision = _likelihood(sensors, s, measurements[b, t], f, share, rotated, matrix)
+                if shares is None:
+                    decision = _orientation_likelihood(sensors, s, measurements[b, t], rotated)
+                else:
+                    decision = _likelihood(sensors, s, measurements[b, t], f, share, rotated, matrix)
                 kept.decision[b, row, s] = decision
                 kept.nis[b, row, s] = math.nan
                 if decision == ACCEPTED:
@@ -249,7 +262,9 @@ def run_sequences(z, frame, motion, measurements, sensors, shares, kept):
                         old[4, k] = x[k]
                         for j in range(4):
                             old[j, k] = f[j, k]
-                    if sensors.kind[s] == ORIENTATION:
+                    if shares is None:
+                        top = update_4(x, f, sensors.noise_z[s], rotated, work)
+                    elif sensors.kind[s] == ORIENTATION:
                         top = update_4(x, f, sensors.noise_z[s], rotated, work)
                     else:
                         top = add_matrix_4(x, f, matrix, work)
