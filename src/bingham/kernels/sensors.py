@@ -262,7 +262,8 @@ def run_sequences(z, frame, motion, measurements, sensors, shares, kept):
                         old[4, k] = x[k]
                         for j in range(4):
                             old[j, k] = f[j, k]
-                    if shares is None:
+                    # A condition on None alone is decided before anything is compiled.
+                    if shares is None:  # noqa: SIM114
                         top = update_4(x, f, sensors.noise_z[s], rotated, work)
                     elif sensors.kind[s] == ORIENTATION:
                         top = update_4(x, f, sensors.noise_z[s], rotated, work)
