@@ -15,7 +15,7 @@ from time import perf_counter
 
 FRAME = "import numpy as np; from bingham import Bingham; M = np.eye(4)[:, ::-1]; "
 NOISE = "p = Bingham([-800.0, -600.0, -400.0, 0.0], M); s = Bingham([-120.0, -80.0, -50.0, 0.0], M); "
-ROWS = "y = np.tile([1.0, 0.0, 0.0, 0.0], (1000, 1)); "
+RUN = "from bingham import BinghamFilter; BinghamFilter(p, s).run(p, np.tile([1.0, 0.0, 0.0, 0.0], (1000, 1)))"
 AXES = "x = np.random.default_rng(0).normal(size=(100, 4)); x /= np.linalg.norm(x, axis=1)[:, None]; "
 SIMULATE = ["-m", "bingham", "simulate", "tumbling", "-o", "recording.npz"]
 # Name, arguments of Python, seconds of 0.1.0, seconds asked for: cold, and on the wall when warm.
@@ -23,7 +23,7 @@ CASES: list[tuple[str, list[str], float | None, float | None, float | None]] = [
     ("bingham track", ["-m", "bingham", "track", "recording.npz", "-o", "out"], 45.0, 15.0, 3.0),
     (
         "BinghamFilter.run",
-        ["-c", FRAME + NOISE + ROWS + "from bingham import BinghamFilter; BinghamFilter(p, s).run(p, y)"],
+        ["-c", FRAME + NOISE + RUN],
         27.0,
         6.0,
         None,
