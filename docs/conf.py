@@ -55,6 +55,7 @@ sphinx_gallery_conf = {
     "show_signature": False,
     "remove_config_comments": True,
     "min_reported_time": 60,
+    "write_computation_times": False,  # that page asks the network for its scripts
 }
 
 
