@@ -88,11 +88,11 @@ panels[1].legend(frameon=False, fontsize=8)
 # Power: how often twenty axes show that they are not uniform, or not symmetric, as the departure grows.
 
 strength = np.linspace(0.0, 1.0, 7)
-for name, test, law in (
+for name, test, shape in (
     ("uniformity, z = (−5s, −5s, 0)", uniformity_test, lambda s: [-5.0 * s, -5.0 * s, 0.0]),
     ("symmetry, z = (−10 − 40s, −10, 0)", symmetry_test, lambda s: [-10.0 - 40.0 * s, -10.0, 0.0]),
 ):
-    power = [np.mean(test(Bingham(law(s), np.eye(3)).rvs((2000, 20), rng=7)).pvalue < 0.05) for s in strength]
+    power = [np.mean(test(Bingham(shape(s), np.eye(3)).rvs((2000, 20), rng=7)).pvalue < 0.05) for s in strength]
     panels[2].plot(strength, power, "o-", ms=3, label=name)
 panels[2].axhline(0.05, color="0.6", lw=0.8, ls="--")
 panels[2].set(xlabel="strength s", ylabel="share of rejections at 0.05, n = 20", ylim=(0, 1.02))
