@@ -7,10 +7,13 @@ import sys
 import time as clock
 from collections.abc import Iterable
 from pathlib import Path
-from typing import TYPE_CHECKING, BinaryIO, TextIO
+from typing import TYPE_CHECKING, Any, BinaryIO, TextIO
+
+import numpy as np
 
 from bingham.cli.stream_input import Stop, blocks, lines_of
 from bingham.errors import BinghamError, InvalidArgumentError
+from bingham.filters.imu_track import UNIFORM_INCLINATION, UNIFORM_VARIANCE
 from bingham.recording import NEVER_SECONDS
 
 if TYPE_CHECKING:
@@ -23,6 +26,8 @@ SENSORS = {
     "gyr": GYROSCOPE, GYROSCOPE: GYROSCOPE, "acc": ACCELEROMETER, ACCELEROMETER: ACCELEROMETER,
     "mag": MAGNETOMETER, MAGNETOMETER: MAGNETOMETER,
 }  # fmt: skip
+
+NUMBERS = {GYROSCOPE: 0, ACCELEROMETER: 1, MAGNETOMETER: 2}
 
 # Seconds after which the state is saved anew: what a killed process may lose.
 SAVE_EVERY_S = 1.0
@@ -64,9 +69,9 @@ def follow(follower: Follower, batches: Iterable[list[bytes]], out: BinaryIO, st
                     answers.append(answer)
                 if stop is not None and stop.wanted:  # between samples: none is half applied
                     break
+            answers += follower.flush()
             if answers:
-                out.write("".join(answers).encode("ascii"))
-                out.flush()
+                _write(out, "".join(answers).encode("ascii"))
             if answers and clock.monotonic() - saved >= SAVE_EVERY_S:
                 follower.save()
                 saved = clock.monotonic()
@@ -74,6 +79,14 @@ def follow(follower: Follower, batches: Iterable[list[bytes]], out: BinaryIO, st
                 return
     finally:
         follower.save()
+
+
+def _write(out: BinaryIO, answers: bytes) -> None:
+    """Write all of it: a buffered file drops the rest of a long write that a signal interrupts."""
+    raw: Any = getattr(out, "raw", out)
+    left = memoryview(answers)
+    while left:
+        left = left[raw.write(left) :]
 
 
 class Follower:
@@ -102,10 +115,15 @@ class Follower:
         self._newest = max((t for t in stream.state.last.tolist() if t == t), default=math.nan)
         self._ahead: dict[str, float] = {}
         self._behind: dict[str, tuple[int, float]] = {}
+        self._queue: list[tuple[float, ...]] = []
+        self._ready: list[str] = []
         self.used = self.skipped = 0
 
     def take(self, line: bytes) -> str:
-        """Return the answer to a line, an empty text if there is none."""
+        """Return the answer to a line, an empty text if there is none or if `flush` gives it.
+
+        Before the first estimate samples are given to the stream one by one, afterwards all of a batch at once.
+        """
         self._line += 1
         text = line.strip()
         if not text or text.startswith(b"#"):
@@ -117,7 +135,25 @@ class Follower:
             self.say(f"line {self._line} skipped: {error}")
             return ""
         self.used += 1
-        return self._answer(time)
+        return self._answer(time) if not self._queue else ""
+
+    def flush(self) -> list[str]:
+        """Return the answers to the lines since the last call that `take` has not given."""
+        ready, self._ready = self._ready, []
+        if not self._queue:
+            return ready
+        from bingham.kernels.imu_follow import follow as run
+
+        rows = np.array(self._queue)
+        self._queue.clear()
+        out = np.empty((len(rows), 7))
+        stream = self._stream
+        sensors = rows[:, 0].astype(np.int64)
+        run(stream._record, stream._parameters, stream._work, sensors, np.ascontiguousarray(rows[:, 1:]), out)
+        return ready + [
+            _line(time, q, tilt, north, resting > 0)
+            for time, (*q, tilt, north, resting) in zip(rows[:, 1].tolist(), out.tolist(), strict=True)
+        ]
 
     def save(self) -> None:
         """Write the state, if it is kept."""
@@ -161,7 +197,11 @@ class Follower:
         elif self._ahead or self._behind:
             self._ahead.pop(sensor, None)
             self._behind.pop(sensor, None)
-        getattr(self._stream, sensor)(time, (x, y, z))
+        if self._queue or self._stream.started:
+            self._stream._step(NUMBERS[sensor], time)
+            self._queue.append((NUMBERS[sensor], time, x, y, z))
+        else:
+            getattr(self._stream, sensor)(time, (x, y, z))
         if not time <= self._newest:
             self._newest = time
         return time
@@ -186,6 +226,7 @@ class Follower:
             hint = f"a clock that was set back is followed after {SET_BACK_LINES} lines of the sensor in order"
             raise InvalidArgumentError("TIME", f"at most {JUMP_S:g} s before {self._newest!r}", time, hint)
         self.say(f"line {self._line}: the clock was set back by {self._newest - time:.6g} s; followed from here")
+        self._ready = self.flush()
         state = self._stream.state
         self._stream = ImuStream(state=state.without_times())
         self._newest = time
@@ -193,24 +234,24 @@ class Follower:
         self._behind.clear()
 
     def _answer(self, time: float) -> str:
-        """Return a line of JSON; numbers are written as Python does, which JSON reads."""
-        from bingham.filters.imu_track import UNIFORM_INCLINATION, UNIFORM_VARIANCE
-
         stream = self._stream
-        orientation = inclination = heading = "null"
-        if stream.started:
-            modes, c = stream._reported()  # once: each of the stream's properties would ask anew
-            q = modes.tolist()
-            tilt = math.sqrt(min(c[0, 0] + c[1, 1], UNIFORM_INCLINATION))
-            north = math.sqrt(min(c[2, 2], UNIFORM_VARIANCE))
-            if math.isfinite(q[0] + q[1] + q[2] + q[3] + tilt + north):
-                orientation = str(q)
-                inclination, heading = repr(math.degrees(tilt)), repr(math.degrees(north))
-        rest = "true" if stream.at_rest else "false"
-        return (
-            f'{{"time": {time!r}, "orientation": {orientation}, "inclination_std_deg": {inclination}, '
-            f'"heading_std_deg": {heading}, "rest": {rest}}}\n'
-        )
+        if not stream.started:
+            return _line(time, None, 0.0, 0.0, stream.at_rest)
+        q, c = stream._reported()
+        return _line(time, q.tolist(), c[0, 0] + c[1, 1], c[2, 2], stream.at_rest)
+
+
+def _line(time: float, q: list[float] | None, tilt: float, north: float, rest: bool) -> str:
+    """Return a line of JSON; numbers are written as Python does, which JSON reads."""
+    orientation = inclination = heading = "null"
+    if q is not None and math.isfinite(q[0] + q[1] + q[2] + q[3] + tilt + north):
+        orientation = str(q)
+        inclination = repr(math.degrees(math.sqrt(min(tilt, UNIFORM_INCLINATION))))
+        heading = repr(math.degrees(math.sqrt(min(north, UNIFORM_VARIANCE))))
+    return (
+        f'{{"time": {time!r}, "orientation": {orientation}, "inclination_std_deg": {inclination}, '
+        f'"heading_std_deg": {heading}, "rest": {"true" if rest else "false"}}}\n'
+    )
 
 
 def _wrong(text: bytes, expected: str, hint: str = "") -> InvalidArgumentError:
