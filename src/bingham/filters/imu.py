@@ -129,7 +129,7 @@ class ImuFilter:
     new_field_time: float = 20.0
     gravity: float = 9.81
     declination: float = 0.0
-    update_interval: float = 0.02
+    update_interval: float = 0.04
     gyroscope_delay: float = 0.002
     alignment_error: float = math.radians(0.12)
     gyroscope_range: float = 0.0

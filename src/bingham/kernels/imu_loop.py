@@ -189,7 +189,9 @@ def integrate(s, par, w, t, x, y, z, bridged):
     lost = FREEZE_NOISE * dt if frozen else 0.0
     if gap:
         s.faults[GAPS] += 1
-        lost += gap_variance(dt, deviation + change2)
+        # In a long one the body may have turned as fast as around it, any other way.
+        fast2 = x * x + y * y + z * z if dt >= LONG_GAP else 0.0
+        lost += gap_variance(dt, deviation + change2 + fast2)
         s.lost_velocity += min((par.gravity * dt) ** 2, 1e4)
         s.lost_bias += par.gyroscope_bias_walk**2 * dt
     elif bridged:
