@@ -53,7 +53,7 @@ def matrix_likelihood(matrices: FloatArray, x: FloatArray, tolerance: float) -> 
     values, gradients = matrix_log_normalizer(matrices)
     wrong: Any = likelihood_rows(matrices, x, tolerance, values, gradients)
     if wrong >= 0:
-        raise InvalidArgumentError("x", "unit vectors", f"length {np.linalg.norm(x[wrong])!r} in row {wrong}")
+        raise InvalidArgumentError("x", "unit vectors", f"length {float(np.linalg.norm(x[wrong])):.9g} in row {wrong}")
     return values, gradients
 
 
