@@ -20,6 +20,12 @@ def fuzz_one(name, corpus, seconds):
     """Fuzz one target in this process."""
     import atheris
 
+    # Loaded before, as they are: Numba cannot compile what atheris has instrumented.
+    import bingham.filters
+    import bingham.kernels.decimal
+    import bingham.kernels.imu_follow  # noqa: F401
+    from bingham.filters import ImuStream  # noqa: F401
+
     with atheris.instrument_imports(include=["bingham.io", "bingham.cli.stream"]):
         from targets import TARGETS
     for seed in sorted(corpus.iterdir()):  # what compiles does so now, without a limit of time
