@@ -72,7 +72,7 @@ def evidence_2(f: BinghamFilter, noise: Bingham, track: object, y: np.ndarray) -
         u = complex(*z) * complex(*noise.mode).conjugate() * complex(*predicted.mode).conjugate()
         # The resultant of two von Mises distributions whose doubled angles differ by that of u².
         r = np.hypot(a - b, 2.0 * np.sqrt(a * b) * abs(u.real))
-        gap = -4.0 * a * b * u.imag**2 / (a + b + r)
+        gap = -4.0 * a * b * u.imag**2 / (a + b + r) if a + b > 0.0 else 0.0
         exact = np.log(i0e(r) / i0e(a) / i0e(b) / (2.0 * np.pi)) + gap
         assert abs(info.log_evidence - exact) <= 1e-9 * (1.0 + abs(exact)), (info.log_evidence, exact)
 

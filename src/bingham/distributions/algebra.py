@@ -86,8 +86,11 @@ def sample_rows(x: ArrayLike | Rotation) -> FloatArray:
     return a
 
 
-def spectral(matrix: ArrayLike, name: str) -> tuple[FloatArray, FloatArray]:
-    """Return ascending eigenvalues (..., d) and eigenvectors (..., d, d; columns) of a checked symmetric matrix."""
+def spectral(matrix: ArrayLike, name: str, *, compiled: bool = True) -> tuple[FloatArray, FloatArray]:
+    """Return ascending eigenvalues (..., d) and eigenvectors (..., d, d; columns) of a checked symmetric matrix.
+
+    compiled=False serves a single matrix without the compiler.
+    """
     a = as_numbers(matrix, name)
     if a.ndim < 2 or a.shape[-1] != a.shape[-2] or a.shape[-1] < 2:
         raise InvalidArgumentError(name, "shape (..., d, d) with d >= 2", a.shape)
@@ -102,7 +105,7 @@ def spectral(matrix: ArrayLike, name: str) -> tuple[FloatArray, FloatArray]:
             f"symmetrise it: ({name} + {name}.T) / 2",
         )
     d = a.shape[-1]
-    if a.ndim == 2:
+    if a.ndim == 2 and not (compiled and d == 4):
         return diagonalize_one(a)
     if d != 4:
         return np.linalg.eigh(a)

@@ -159,9 +159,9 @@ class Bingham:
         return cls.from_spectrum(z, frame, log_f)
 
     @staticmethod
-    def _checked_moment(S: ArrayLike) -> tuple[FloatArray, FloatArray]:
+    def _checked_moment(S: ArrayLike, *, compiled: bool = True) -> tuple[FloatArray, FloatArray]:
         """Return the eigenvalues, ascending with sum 1, and eigenvectors of the argument of `from_moment`."""
-        w, frame = spectral(S, "S")
+        w, frame = spectral(S, "S", compiled=compiled)
         d = w.shape[-1]
         if not np.all(w[..., 0] > d * np.finfo(np.float64).eps * w[..., -1]):
             raise InvalidArgumentError(
@@ -232,7 +232,7 @@ class Bingham:
             share = (prior / (count + prior))[..., None, None]
             moment, count = (1.0 - share) * moment + share * np.eye(a.shape[-1]) / a.shape[-1], count + prior
         try:
-            w, frame = cls._checked_moment(moment)
+            w, frame = cls._checked_moment(moment, compiled=False)
         except InvalidArgumentError:
             hint = "add samples" if n < a.shape[-1] else "drop the axis they lack or add their noise variance"
             expected = f"at least d = {a.shape[-1]} different axes that span the space"

@@ -78,41 +78,50 @@ def derivatives_lanes(z, log_f, gradient, hessian):
         size = min(LANES, z.shape[0] - start)
         w[: 3 * LANES] = 0.0
         for i in range(size):
-            row = z[start + i]
-            j = d - 1
-            low = row[j]
-            total = 0.0
-            for m in range(d):
-                if row[m] > row[j]:
-                    j = m
-                low = min(low, row[m])
-                total += row[m]
-            top = row[j]
+            k = start + i
+            z0 = z1 = z2 = z3 = 0.0
+            if d == 4:  # without jumps
+                z0, z1, z2, z3 = z[k, 0], z[k, 1], z[k, 2], z[k, 3]
+                total = z0 + z1 + z2 + z3
+                top, low = max(max(z0, z1), max(z2, z3)), min(min(z0, z1), min(z2, z3))
+                j = 0 if z0 == top else 1 if z1 == top else 2 if z2 == top else 3
+            else:
+                j = d - 1
+                top = low = z[k, j]
+                total = 0.0
+                for m in range(d):
+                    if z[k, m] > top:
+                        j, top = m, z[k, m]
+                    low = min(low, z[k, m])
+                    total += z[k, m]
             if math.isnan(total) or not low - top >= -LARGEST:
-                return start + i
+                return k
             tops[i], largest[i] = top, j
-            for m in range(d - 1):
-                w[m * LANES + i] = (row[d - 1] if m == j else row[m]) - top
+            if d == 4:
+                w[i] = (z3 if j == 0 else z0) - top
+                w[LANES + i] = (z3 if j == 1 else z1) - top
+                w[2 * LANES + i] = (z3 if j == 2 else z2) - top
+            else:
+                for m in range(d - 1):
+                    w[m * LANES + i] = z[k, d - 1 if m == j else m] - top
         _block(w, d)
         for i in range(size):
             log_f[start + i] = math.log(w[F + i]) + LOG_FRONT[d - 2] + tops[i]
             g, h, j = gradient[start + i], hessian[start + i], largest[i]
-            last = d - 1
-            p = last if j == 0 else 0
             h00, h01, h02 = w[H00 + i], w[H01 + i], w[H02 + i]
             h11, h12, h22 = w[H11 + i], w[H12 + i], w[H22 + i]
             # log F(z + c) = log F(z) + c, hence every row of the Hessian sums to zero.
             h03, h13, h23 = -h00 - h01 - h02, -h01 - h11 - h12, -h02 - h12 - h22
+            last = d - 1
+            p, q, r = last if j == 0 else 0, last if j == 1 else 1, last if j == 2 else 2
             g[p], g[j] = w[G0 + i], w[G3 + i]
             h[p, p], h[p, j], h[j, p], h[j, j] = h00, h03, h03, -h03 - h13 - h23
             if d > 2:
-                q = last if j == 1 else 1
                 g[q] = w[G1 + i]
                 h[p, q], h[q, p], h[q, q], h[q, j], h[j, q] = h01, h01, h11, h13, h13
-                if d > 3:
-                    r = last if j == 2 else 2
-                    g[r] = w[G2 + i]
-                    h[p, r], h[r, p], h[q, r], h[r, q], h[r, r], h[r, j], h[j, r] = h02, h02, h12, h12, h22, h23, h23
+            if d > 3:
+                g[r] = w[G2 + i]
+                h[p, r], h[r, p], h[q, r], h[r, q], h[r, r], h[r, j], h[j, r] = h02, h02, h12, h12, h22, h23, h23
     return -1
 
 
