@@ -31,7 +31,7 @@ DARK = _distribution(-3.6, -3.6, 0.0)
 BACK = np.array([0.0, 1.0, 0.0, 0.0])
 SPIN_PRIOR = _distribution(-3.0, -3.0, -3.0)
 INFORMED = _distribution(-10.0, -10.0, -10.0)
-# The adapted mixture's own, chosen on 60 flights of another seed, the noise by evidence, the weight by spin error: spins
+# The adapted mixture's own, chosen on 60 flights of another seed: noise by evidence, weight by spin error. Spins
 # as steady as the gun's; and dark frames, which come in runs of three or so that all say the same, at a third each.
 STEADY = _distribution(-6400.0, -6400.0, -6400.0)
 DARK_RUN = _distribution(-1.2, -1.2, 0.0)
