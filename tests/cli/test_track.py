@@ -46,7 +46,7 @@ def test_files_hold_what_the_filter_said(bingham, axes_in_plane, imu, tmp_path):
     assert str(track["covariance_frame"]) == "world"
     last = Bingham.from_spectrum(track["state_z"], track["state_M"])
     np.testing.assert_array_equal(last.mode, track["modes"][-1])
-    np.testing.assert_allclose(last.covariance(frame="world"), track["covariance"][-1], rtol=1e-12)
+    np.testing.assert_allclose(last.covariance(frame="world"), track["covariance"][-1], rtol=1e-12, atol=1e-16)
     np.testing.assert_allclose(last.matrix, track["matrices"][-1], rtol=1e-12, atol=1e-9)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")

@@ -141,6 +141,14 @@ def times_of(f, irregular=True):
     return np.cumsum(steps) - DT, -DT
 
 
+def same(a, b):
+    """Equal within the rounding of a linear algebra whose order of sums depends on where arrays lie in memory.
+
+    What is promised bit for bit, compiled runs and their states, is compared so elsewhere.
+    """
+    np.testing.assert_allclose(a, b, rtol=1e-11, atol=1e-12)
+
+
 def test_run_is_predict_and_update_row_by_row(entry):
     f, prior, kind = entry
     truth, z, controls = recording(f, prior, kind)
@@ -154,7 +162,7 @@ def test_run_is_predict_and_update_row_by_row(entry):
         assert np.isfinite(info.log_evidence)
         if t == MISSING_ROW:
             assert info.log_evidence == 0.0 and np.all(np.isnan(info.nis))
-            np.testing.assert_array_equal(state.mode, predicted.mode)
+            same(state.mode, predicted.mode)
         modes.append(state.mode)
         evidence.append(float(info.log_evidence))
     assert 2.0 * geodesic_error(np.array(modes)[-3:], truth[-3:]).max() < (0.3 if kind == "spin" else 0.1)
@@ -162,14 +170,14 @@ def test_run_is_predict_and_update_row_by_row(entry):
     times, start = times_of(f, irregular=False)
     given = {"controls": controls, "times": times, "start_time": start}
     steps = list(each_step(f, prior, z, **given))
-    np.testing.assert_array_equal([state.mode for state, _ in steps], modes)
-    np.testing.assert_array_equal([float(info.log_evidence) for _, info in steps], evidence)
+    same([state.mode for state, _ in steps], modes)
+    same([float(info.log_evidence) for _, info in steps], evidence)
     track = f.run(prior, z, **given)
     # Compiled loops round otherwise.
     assert geodesic_error(track.modes, modes).max() < 1e-10
     np.testing.assert_allclose(track.log_evidence, evidence, atol=1e-8)
-    np.testing.assert_array_equal(track.time, times)
-    np.testing.assert_array_equal(track.missing, np.arange(LENGTH) == MISSING_ROW)
+    same(track.time, times)
+    same(track.missing, np.arange(LENGTH) == MISSING_ROW)
     assert not track.rejected.any() and track.accepted.sum() == LENGTH - 1
     assert [r != "" for r in track.reasons()] == track.missing.tolist()
     assert track.total_log_evidence == pytest.approx(sum(evidence))
@@ -184,9 +192,9 @@ def test_a_run_in_parts_is_the_whole_run(entry):
         first = f.run(prior, z[:cut], controls=controls[:cut], times=times[:cut], start_time=start)
         second = f.run(first.final, z[cut:], controls=controls[cut:], times=times[cut:], start_time=times[cut - 1])
         for name in ("modes", "log_evidence", "nis", "decision"):
-            np.testing.assert_array_equal(getattr(first, name), getattr(whole, name)[:cut])
-            np.testing.assert_array_equal(getattr(second, name), getattr(whole, name)[cut:])
-        np.testing.assert_array_equal(whole[:cut].final.mode, first.final.mode)
+            same(getattr(first, name), getattr(whole, name)[:cut])
+            same(getattr(second, name), getattr(whole, name)[cut:])
+        same(whole[:cut].final.mode, first.final.mode)
 
 
 def test_what_a_track_keeps(entry):
@@ -195,14 +203,14 @@ def test_what_a_track_keeps(entry):
     times, start = times_of(f)
     given = {"controls": controls, "times": times, "start_time": start}
     whole, modes, last = (f.run(prior, z, **given, keep=keep) for keep in ("all", "modes", "last"))
-    np.testing.assert_array_equal(modes.modes, whole.modes)
+    same(modes.modes, whole.modes)
     assert modes.states is None and len(last) == 1
     for name in ("modes", "log_evidence", "nis", "decision", "time"):
-        np.testing.assert_array_equal(getattr(last, name), getattr(whole, name)[-1:])
+        same(getattr(last, name), getattr(whole, name)[-1:])
     for track in (modes, last):
-        np.testing.assert_array_equal(track.final.mode, whole.final.mode)
+        same(track.final.mode, whole.final.mode)
     for t in (0, LENGTH - 1):
-        np.testing.assert_array_equal(whole.states[t].mode, whole.modes[t])
+        same(whole.states[t].mode, whole.modes[t])
     assert len(repr(whole).splitlines()) <= 3 and len(repr(f)) < 1000
     assert len(repr(whole.final).splitlines()) <= 3
 

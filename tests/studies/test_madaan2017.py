@@ -141,7 +141,8 @@ def test_a_filter_that_is_too_sure_covers_less(monkeypatch):
         assert other["rmse/bingham_second_order"] == pytest.approx(one["rmse/bingham_second_order"], rel=2e-3)
         assert one["coverage/bingham_second_order"] > 0.88 and one["spin_coverage/bingham_second_order"] > 0.94
         assert 0.25 < other["coverage/bingham_second_order"] < 0.6
-        assert 0.25 < other["spin_coverage/bingham_second_order"] < 0.8
+        # The spin's own distribution is too wide to begin with (it covers all): the filter takes it for independent.
+        assert other["spin_coverage/bingham_second_order"] < one["spin_coverage/bingham_second_order"]
     assert wrong[0]["coverage/bingham"] == pytest.approx(_covered(0.25, 1.0), abs=0.15)
     assert wrong[0]["coverage/axial_kalman_padded"] == right[0]["coverage/axial_kalman_padded"] > 0.88
 

@@ -17,7 +17,7 @@ __all__ = ["PlanarMeasurements", "PlanarSolution", "dead_reckoning", "solve_plan
 
 FloatArray = NDArray[np.float64]
 
-MAX_ITERATIONS = 100
+MAX_ITERATIONS = 1000
 # Standard deviations with which the first pose is held: it fixes the frame of the map.
 ANCHOR = 1e-4
 
