@@ -51,7 +51,7 @@ bench: $(VENV)/.with-cli,io,bench
 
 # An hour in all; CI takes a minute.
 FUZZ_SECONDS ?= 3600
-fuzz: $(VENV)/.with-test build/.kernels
+fuzz: $(VENV)/.with-test
 	-$(BIN)/python -m pip install --quiet --disable-pip-version-check --only-binary :all: "atheris>=2.3"
 	$(BIN)/python tests/fuzz/run.py $(FUZZ_SECONDS)
 
