@@ -309,3 +309,14 @@ def test_a_magnetometer_mostly_rejected_is_doubted(bingham, tumbling, tmp_path, 
     assert result.exit_code == 0
     said = re.search(r"m: (\d+) % of the magnetometer's samples rejected: .*units, axes and handedness", result.stderr)
     assert (said is not None) == (sign < 0)
+
+
+def test_report_and_figure_format(bingham, imu, axes_in_plane, tmp_path):
+    result = bingham("track", imu, "-o", tmp_path, "--report", "--figure-format", "svg", "--no-csv")
+    assert result.exit_code == 0, result.stderr
+    page = (tmp_path / "imu.html").read_text(encoding="utf-8")
+    assert "gyroscope bias" in page and '"total rmse"' in page
+    assert (tmp_path / "imu.svg").read_text(encoding="utf-8").startswith("<?xml")
+    assert not (tmp_path / "imu.png").exists()
+    plane = bingham("track", axes_in_plane, "-o", tmp_path / "plane", "--report")
+    assert plane.exit_code == 2 and "--report" in plane.stderr

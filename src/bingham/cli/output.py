@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from bingham.cli.report import Truth
     from bingham.recording import ImuRecording, OrientationRecording
 
-__all__ = ["Files", "Outputs", "Sketch", "draw_track", "joined", "write_tum_of"]
+__all__ = ["Files", "Outputs", "Sketch", "draw_track", "joined", "write_pages", "write_tum_of"]
 
 
 class Outputs(NamedTuple):
@@ -30,6 +30,9 @@ class Outputs(NamedTuple):
     fields: tuple[str, ...] | None = None
     frame: str = "body"
     single: bool = False
+    figure_format: str = "png"
+    report: bool = False
+    rerun: bool = False
 
 
 class Files:
@@ -158,8 +161,38 @@ def write_tum_of(folder: Path, recording: Any, time: Any, track: Any) -> str:
     return name
 
 
+def write_pages(
+    folder: Path,
+    recording: ImuRecording | OrientationRecording,
+    time: Any,
+    track: Any,
+    truth: Truth | None,
+    outputs: Outputs,
+    summary: dict[str, str],
+) -> list[str]:
+    """Write the report page and the log for Rerun, where asked for, and return their files' names."""
+    from bingham.report import write_report, write_rerun
+
+    names: list[str] = []
+    covariance = track.covariance(frame="world")
+    if outputs.report:
+        known = {} if truth is None else {"truth": truth.orientation, "scored": truth.scored}
+        known |= {key: getattr(track, key) for key in ("bias", "bias_std") if hasattr(track, key)}
+        names.append(f"{recording.name}.html")
+        write_report(folder / names[-1], time, track.modes, covariance, title=recording.name, summary=summary, **known)
+    if outputs.rerun:
+        names.append(f"{recording.name}.rrd")
+        write_rerun(folder / names[-1], time, track.modes, covariance, title=recording.name)
+    return names
+
+
 def draw_track(
-    folder: Path, recording: ImuRecording | OrientationRecording, time: Any, track: Any, truth: Truth | None
+    folder: Path,
+    recording: ImuRecording | OrientationRecording,
+    time: Any,
+    track: Any,
+    truth: Truth | None,
+    form: str = "png",
 ) -> str:
     """Draw the figure of a track and return its file's name."""
     from bingham.plot.planar_track import plot_planar_track
@@ -182,6 +215,6 @@ def draw_track(
             angle = degrees(truth.heading_offset_rad)
             shown["note"] = f"no magnetometer: the truth is rotated by {angle:.1f}° about the vertical to suit"
         figure = plot_track(time, track.modes, track.covariance(frame="world"), **shown)
-    name = f"{recording.name}.png"
+    name = f"{recording.name}.{form}"
     figure.savefig(folder / name, dpi=150)
     return name

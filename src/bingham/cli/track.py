@@ -41,6 +41,14 @@ OF_ORIENTATIONS = ("process_noise", "measurement_noise", "gate")
 OF_INERTIAL = ("plain",)
 
 
+class FigureFormat(StrEnum):
+    """File format of figures."""
+
+    png = "png"
+    pdf = "pdf"
+    svg = "svg"
+
+
 class Frame(StrEnum):
     """Axes in which a covariance is given."""
 
@@ -85,6 +93,9 @@ def track(
         False, "--bag", help="Bags: write a copy with orientation and covariance as a further topic, sensor_msgs/Imu."
     ),
     figure: bool = typer.Option(True, help="Draw a figure of each track."),
+    figure_format: FigureFormat = typer.Option(FigureFormat.png, help="Format of the figures."),
+    report: bool = typer.Option(False, "--report", help="Write NAME.html, one page to look at: body, curves, summary."),
+    rerun: bool = typer.Option(False, "--rerun", help="Write NAME.rrd for the Rerun viewer."),
     jobs: int = typer.Option(1, min=1, help="Several recordings: processes on this machine."),
     scheduler: str | None = typer.Option(
         None, metavar="ADDRESS", help="Several recordings: Dask scheduler whose workers track them, in place of --jobs."
@@ -170,13 +181,15 @@ def track(
         raise InvalidArgumentError("--topic", "--bag beside orientation=", orientation_topic)
     chosen = None if fields is None else tuple(name.strip() for name in fields.split(","))
     _check_fields(chosen)
-    if not (csv or npz or parquet or tum or bag or figure):
+    if not (csv or npz or parquet or tum or bag or figure or report or rerun):
         raise InvalidArgumentError("--no-npz", "something to write", "none of the files", "leave one --no-… out")
     settings = Settings(
         format=format,
         reading=reading,
         filtering=FilterOptions(process_noise, measurement_noise, gate, plain, smooth),
-        outputs=Outputs(csv, npz, parquet, figure, tum, bag, chosen, frame.value, float32),
+        outputs=Outputs(
+            csv, npz, parquet, figure, tum, bag, chosen, frame.value, float32, figure_format.value, report, rerun
+        ),
         orientation_topic=orientation_topic,
         calibration=calibration,
     )

@@ -77,7 +77,7 @@ def _track(
     check: Callable[[bool], None],
 ) -> dict[str, Any]:
     from bingham.cli.filtering import Filtering, fitted, note, pieces_of, renamed, rows_of
-    from bingham.cli.output import Files, Sketch, draw_track, joined, write_tum_of
+    from bingham.cli.output import Files, Sketch, draw_track, joined, write_pages, write_tum_of
     from bingham.cli.reading import read
     from bingham.cli.report import truth_of
     from bingham.cli.summary import Summary
@@ -98,12 +98,14 @@ def _track(
     _release()
     if outputs.tum and isinstance(whole, OrientationRecording) and whole.dim != 4:
         raise InvalidArgumentError("--tum", "orientations in space", f"{path}, axes in the plane", "leave --tum out")
+    if (outputs.report or outputs.rerun) and isinstance(whole, OrientationRecording) and whole.dim != 4:
+        raise InvalidArgumentError("--report", "orientations in space", f"{path}, axes in the plane", "leave it out")
     check(isinstance(whole, OrientationRecording))
     options = fitted(settings.filtering, whole)
     compared = whole.truth is not None or (isinstance(whole, ImuRecording) and whole.reference is not None)
-    entire = outputs.tum or outputs.bag or options.plain or not isinstance(whole, ImuRecording)
+    entire = outputs.tum or outputs.bag or outputs.report or options.plain or not isinstance(whole, ImuRecording)
     thinned = 1 if compared or entire else max(1, -(-whole.size // DRAWN))
-    keep = compared or outputs.tum or outputs.bag or outputs.figure
+    keep = compared or outputs.tum or outputs.bag or outputs.figure or outputs.report or outputs.rerun
     step("filtering")
     filtering, summary = Filtering(options), Summary()
     kept: list[Any] = []
@@ -140,7 +142,11 @@ def _track(
             row["files"].append(write_bag(folder, path, name, whole.time, track, settings.reading, topic))
         if outputs.figure:
             step("drawing")
-            row["files"].append(draw_track(folder, recording, recording.time, track, truth))
+            row["files"].append(draw_track(folder, recording, recording.time, track, truth, outputs.figure_format))
+        if outputs.report or outputs.rerun:
+            shown = {"samples": f"{row['samples']}", "duration": f"{row['duration_s']:.1f} s", "filter": row["filter"]}
+            shown |= {key.replace("_", " "): f"{value:.2f}°" for key, value in row.get("error_deg", {}).items()}
+            row["files"] += write_pages(folder, recording, recording.time, track, truth, outputs, shown)
     return row
 
 
