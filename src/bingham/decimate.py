@@ -5,9 +5,12 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["envelope", "envelope_indices"]
+__all__ = ["envelope", "envelope_indices", "gaps"]
 
 FloatArray = NDArray[np.float64]
+
+GAP, GAP_SECONDS = 5.0, 0.25  # a step so many times the usual one, and at least so long, is a gap
+MAX_GAPS = 2000  # no picture shows more
 
 
 def envelope(y: FloatArray, stretches: int) -> tuple[NDArray[np.intp], FloatArray]:
@@ -48,6 +51,13 @@ def envelope_indices(y: FloatArray, stretches: int) -> NDArray[np.intp]:
         breaks = breaks[:: len(breaks) // stretches + 1]
     low, high = _extremes(y, starts)
     return np.unique(np.concatenate([[0, len(y) - 1], low, high, breaks, breaks + 1]))
+
+
+def gaps(t: FloatArray) -> NDArray[np.intp]:
+    """Return the indices of the last samples before steps of the times t (T,) that are no usual ones, at most 2000."""
+    step = np.diff(t)
+    limit = max(GAP * float(np.median(step)), GAP_SECONDS) if len(step) else 0.0
+    return np.flatnonzero(step > limit)[:MAX_GAPS]
 
 
 def _extremes(y: FloatArray, starts: NDArray[np.intp]) -> tuple[NDArray[np.intp], NDArray[np.intp]]:

@@ -22,7 +22,6 @@ __all__ = [
     "draw_between",
     "draw_line",
     "fit_angles",
-    "gaps",
     "legend_above",
     "new_figure",
     "shade_gaps",
@@ -37,7 +36,6 @@ AXIS_COLOURS = ("#D55E00", "#009E73", "#0072B2")
 INK, PALE, OVERLAY = "#333333", "#BBBBBB", "#56B4E9"
 MEASURED, GAP_COLOUR = "#E69F00", "#CC79A7"
 COLUMNS = 2000  # no panel is wider, in pixels
-GAP, GAP_SECONDS = 5.0, 0.25  # a step so many times the usual one, and at least so long, is a gap
 
 
 def new_figure(width: float, height: float) -> Any:
@@ -126,13 +124,6 @@ def shade_unscored(axes: Any, t: NDArray[np.float64], scored: NDArray[np.bool_])
         edge = axes.get_xaxis_transform()
         about = {"color": PALE, "alpha": 0.3, "lw": 0, "zorder": 0, "label": "not scored"}
         axes.fill_between(t, 0, 1, where=~scored, step="mid", transform=edge, **about)
-
-
-def gaps(t: NDArray[np.float64]) -> NDArray[np.intp]:
-    """Return the indices of the last samples before steps that are no usual ones, at most 2000."""
-    step = np.diff(t)
-    limit = max(GAP * float(np.median(step)), GAP_SECONDS) if len(step) else 0.0
-    return np.flatnonzero(step > limit)[:COLUMNS]
 
 
 def shade_gaps(axes: Any, spans: NDArray[np.float64]) -> None:

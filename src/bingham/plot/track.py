@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import chdtri, ndtri
 
-from bingham.decimate import envelope_indices
+from bingham.decimate import envelope_indices, gaps
 from bingham.distributions.bingham import Bingham
 from bingham.errors import InvalidArgumentError
 from bingham.plot.sphere import draw_axes_cloud, draw_axes_density, draw_axes_path, draw_sphere
@@ -22,7 +22,6 @@ from bingham.plot.style import (
     draw_between,
     draw_line,
     fit_angles,
-    gaps,
     legend_above,
     new_figure,
     shade_gaps,

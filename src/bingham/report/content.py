@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from bingham.decimate import envelope
+from bingham.decimate import envelope, gaps
 from bingham.errors import InvalidArgumentError
 from bingham.rotations import align_signs, compose, conjugate, to_rotation_vector
 from bingham.validation import as_numbers
@@ -24,7 +24,6 @@ MISSING = -32768  # int16 for NaN
 PER_AXIS = 1.959963984540054  # half-width of a normal variable's 95 % interval, standard deviations
 IN_PLANE = 2.447746830680816  # radius of the 95 % disc of two
 START = 30.0  # s after which scales are set, or a quarter of the recording
-GAP, GAP_SECONDS = 5.0, 0.25  # a step so many times the usual one, and at least so long, is a gap
 
 
 def report_content(
@@ -60,9 +59,6 @@ def report_content(
         panels.append(
             _bias(as_numbers(bias, "bias"), None if bias_std is None else as_numbers(bias_std, "bias_std"), settled)
         )
-    step = np.diff(seconds)
-    usual = float(np.median(step)) if len(step) else 0.0
-    gaps = np.flatnonzero(step > max(GAP * usual, GAP_SECONDS))
     cloud = np.linspace(0, len(index) - 1, min(CLOUDS, len(index))).astype(int)
     return {
         "title": title,
@@ -73,7 +69,7 @@ def report_content(
         "truth": None if true is None else _packed(np.nan_to_num(true[index], nan=0.0) * 32767.0, "int16"),
         "cloud": cloud.tolist(),
         "covariance": _packed(c[index[cloud]][:, *np.triu_indices(3)], "float32"),
-        "gaps": [[float(seconds[k]), float(seconds[k + 1])] for k in gaps[:2000]],
+        "gaps": [[float(seconds[k]), float(seconds[k + 1])] for k in gaps(seconds)],
         "unscored": [] if mask is None else _runs(seconds, ~mask),
         "rejected": [] if rejected is None else _ticks(seconds, np.asarray(rejected, dtype=np.bool_)),
         "summary": dict(summary or {}),
