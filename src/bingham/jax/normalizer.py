@@ -79,8 +79,8 @@ def moments(z: Any) -> Any:
 
     Examples
     --------
-    >>> moments([0.0, 0.0])
-    Array([0.5, 0.5], dtype=float32)
+    >>> moments([0.0, 0.0]).tolist()
+    [0.5, 0.5]
     """
     return _moments(_checked(z, "z"))
 
