@@ -49,11 +49,12 @@ demo: $(VENV)/.with-cli,io
 bench: $(VENV)/.with-cli,io,bench
 	$(BIN)/python benchmarks/run.py
 
-# An hour in all; CI takes a minute.
+# An hour in all, other inputs each time; CI takes a minute, the same ones each time.
 FUZZ_SECONDS ?= 3600
+FUZZ_SEED ?=
 fuzz: $(VENV)/.with-test
 	-$(BIN)/python -m pip install --quiet --disable-pip-version-check --only-binary :all: "atheris>=2.3"
-	$(BIN)/python tests/fuzz/run.py $(FUZZ_SECONDS)
+	$(BIN)/python tests/fuzz/run.py $(FUZZ_SECONDS) $(if $(FUZZ_SEED),--seed $(FUZZ_SEED))
 
 lint: $(VENV)/.with-test $(VENV)/.with-lint
 	$(BIN)/ruff check

@@ -15,7 +15,9 @@ from bingham.simulate import simulate_imu, simulate_precession
 __all__ = ["SUFFIXES", "make"]
 
 # What a target's inputs are called: some readers look at endings.
-SUFFIXES = {"mat": ".mat", "hdf5": ".hdf5", "npz": ".npz", "bag": ".bag", "mcap": ".mcap", "db3": ".db3"}
+SUFFIXES = {
+    kind: f".{kind}" for kind in ("mat", "hdf5", "npz", "npy", "bag", "mcap", "db3", "ang")
+}  # fmt: skip
 
 HEADERS = [
     "time_ms;gx_deg_s;gy_deg_s;gz_deg_s;ax_g;ay_g;az_g",
@@ -55,14 +57,30 @@ def make(folder: Path) -> dict[str, list[Path]]:
     add("text", "euroc", "#timestamp [ns],w_RS_S_x,w_RS_S_y,w_RS_S_z,a_RS_S_x,a_RS_S_y,a_RS_S_z\n"
         + "\n".join(f"{10**18 + 5_000_000 * k},0.01,0,0,0,0,9.81" for k in range(12)) + "\n")  # fmt: skip
     add("text", "kitti", "\n".join("1 0 0 0 0 1 0 0 0 0 1 0" for _ in range(6)) + "\n")
+    add("text", "opensim", "DataRate=50\nDataType=Quaternion\nendheader\ntime\ttorso_imu\n"
+        + "\n".join(f"{k / 50}\t1,0,0,{k / 1e5}" for k in range(8)) + "\n")  # fmt: skip
+    add("ebsd", "ang", "# Phase 1\n# Symmetry 43\n" + "\n".join(
+        f" 1.{k} 0.5 2.1 {k}.0 0.0 120.5 0.8 1 1 1.2" for k in range(6)) + "\n")  # fmt: skip
+    add("ebsd", "ctf", "Channel Text File\nPhases\t1\n3.5;3.5;3.5\t90;90;90\tNickel\t11\t225\n"
+        "Phase\tX\tY\tBands\tError\tEuler1\tEuler2\tEuler3\tMAD\tBC\tBS\n"
+        + "\n".join(f"1\t{k}\t0\t8\t0\t{k}.5\t20\t30\t0.4\t90\t200" for k in range(6)) + "\n")  # fmt: skip
+    add("together", "phone", "@@@".join(
+        "time,seconds_elapsed,z,y,x\n" + "".join(f"{10**18 + 10**7 * k},{k / 100},{z},0.1,0.2\n" for k in range(12))
+        for z in (0.1, 9.81, 30.0)))  # fmt: skip
     write_npz(add("npz", "imu"), imu)
     write_npz(add("npz", "poses"), poses)
     write_track_npz(add("npz", "track"), track)
     plain = io.BytesIO()
     np.savez(plain, t=imu.time, gyr=imu.gyroscope, acc=imu.accelerometer)
     add("npz", "plain", plain.getvalue())
+    points = np.stack([*np.meshgrid(np.arange(6.0), np.arange(5.0)), np.full((5, 6), 2.0)], axis=-1)
+    for kind, save in (("npz", lambda out: np.savez(out, xyz=points)), ("npy", lambda out: np.save(out, points))):
+        content = io.BytesIO()
+        save(content)
+        add(kind, "points", content.getvalue())
     _matlab(add, imu)
     _bags(folder, found, imu)
+    _commands(add, found)
     lines = [f"{name} {t!r} {v[0]!r} {v[1]!r} {v[2]!r}" for t, *vectors in zip(
         imu.time.tolist(), imu.gyroscope.tolist(), imu.accelerometer.tolist(), imu.magnetometer.tolist(), strict=True)
         for name, v in zip(("gyr", "acc", "mag"), vectors, strict=True)]  # fmt: skip
@@ -75,6 +93,16 @@ def make(folder: Path) -> dict[str, list[Path]]:
     add("state", "blank", ImuStream().state.to_json())
     add("state", "other", json.dumps({"values": [], "covariance": [[]], "last": None}))
     return found
+
+
+def _commands(add, found):
+    """Inputs of the command line: a byte for the command and its file."""
+    from targets import COMMANDS
+
+    for k, (_, kind, *_) in enumerate(COMMANDS):
+        files = found["ebsd" if kind == "ang" else kind]
+        for path in files[k % min(5, len(files)) :: 5]:
+            add("command", f"{k}-{path.stem}", bytes([k]) + path.read_bytes())
 
 
 def _matlab(add, imu):
@@ -90,9 +118,18 @@ def _matlab(add, imu):
         import h5py
     except ImportError:
         return
-    with h5py.File(add("hdf5", "broad"), "w") as file:
-        for name, value in arrays.items():
-            file[name] = value
+    forms = {
+        "plain": {}, "zip": {"compression": "gzip", "shuffle": True}, "chunks": {"chunks": (4, 2), "fletcher32": True},
+        "grows": {"chunks": (4, 2), "maxshape": (None, None)},
+    }  # fmt: skip
+    for form, options in forms.items():
+        for library in ("earliest", "latest"):
+            with h5py.File(add("hdf5", f"{form}-{library}"), "w", libver=library) as file:
+                file.attrs["sampling_rate"] = 50.0
+                file["movement"] = np.ones(12)
+                for name, value in arrays.items():
+                    if np.ndim(value):
+                        file.create_dataset(name, data=value[:12], **options)
 
 
 def _bags(folder, found, imu):

@@ -12,6 +12,14 @@ import seeds
 from targets import TARGETS
 
 DAMAGED = 60  # inputs for each seed
+# Inputs that have broken a target.
+BROKE = [
+    ("text", b"#\r3\r5*16,[,ax,,#\xb5E\x081\n\n"),
+    ("together", b"seconds\n0.0\n0.1\n0.2\n@@@time,z,y,x\n1,0,0,0\n2,0,0,0\n3,0,0,0\n"),
+    ("together", b"z,y,x\n0.1,0.1,0.2\n0.1,0.1,0.2\n0.1,0.1,0.2\n@@@time,z,y,x\n1,0,0,0\n2,0,0,0\n3,0,0,0\n"),
+    ("stream", b"acc 1000 0 0 9.81\ngyr 1000 0 0 0\n"
+     + b"".join(b"acc 0.%02d 0 0 9.81\n" % k for k in range(12)) + b"gyr 0.12 0.1 0 0\ngyr 0.13 0.1 0 0\n"),
+]  # fmt: skip
 
 
 @pytest.fixture(scope="module")
@@ -46,16 +54,21 @@ def damaged(content, rng):
 
 @pytest.mark.parametrize("name", TARGETS)
 def test_seeds_and_damaged_ones_are_read_or_refused_in_words(made, name):
-    target, kinds = TARGETS[name]
-    files = [path for kind in kinds for path in made.get(kind, [])]
+    target = TARGETS[name].run
+    files = [path for kind in TARGETS[name].kinds for path in made.get(kind, [])]
     if not files:
         pytest.skip(f"no seeds of {name}: a package that writes them is not installed")
     rng = np.random.default_rng(7)
     for path in files:
         content = path.read_bytes()
         target(content)
-        for _ in range(DAMAGED if name != "command" else DAMAGED // 6):
+        for _ in range(DAMAGED if name != "command" else DAMAGED // 20):
             target(damaged(content, rng))
+
+
+@pytest.mark.parametrize(("name", "content"), BROKE, ids=range(len(BROKE)))
+def test_what_broke_a_target_no_longer_does(name, content):
+    TARGETS[name].run(content)
 
 
 def test_the_check_sees_an_error_that_is_not_the_packages_own(monkeypatch):
@@ -64,4 +77,4 @@ def test_the_check_sees_an_error_that_is_not_the_packages_own(monkeypatch):
 
     monkeypatch.setattr(io, "read_recording", lambda _: {}["absent"])
     with pytest.raises(KeyError):
-        TARGETS["text"][0](b"t,gx\n")
+        TARGETS["text"].run(b"t,gx\n")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +13,9 @@ import typer
 from bingham.errors import InvalidArgumentError, RecordingError
 
 __all__ = ["register"]
+
+CAMERA = ("fx", "fy", "cx", "cy")
+FARTHEST = 1e6  # no sensor measures further, m
 
 EXAMPLES = """
 Examples:
@@ -102,42 +106,35 @@ def planes(
 
 def _points(file: Path, intrinsics: str | None, scale: float) -> Any:
     """Return points (H, W, 3) or (n, 3) in m, NaN without data."""
-    if not file.is_file():
-        raise RecordingError(file, "", "no such file")
-    camera = None if intrinsics is None else _numbers(intrinsics)
-    try:
-        if file.suffix == ".npz":
-            with np.load(file) as archive:
-                arrays = {name: np.asarray(archive[name]) for name in archive.files}
-        elif file.suffix == ".npy":
-            array = np.load(file)
-            arrays = {"xyz" if array.ndim and array.shape[-1] == 3 else "depth": array}
-        elif file.suffix == ".png":
-            from matplotlib import image
-
-            raw = np.asarray(image.imread(file), dtype=np.float64)
-            arrays = {"depth": np.round(raw * 65535.0).astype(np.int64)}
-        else:
-            arrays = {"xyz": np.loadtxt(file, comments="#", delimiter="," if file.suffix == ".csv" else None)}
-    except (OSError, ValueError) as error:
-        raise RecordingError(file, "", f"cannot be read: {error}", "npz, npy, PNG or numbers in rows") from None
-    for name, unit in (("xyz", 1.0), ("xyz_mm", 1e-3)):
-        if name in arrays and arrays[name].ndim in (2, 3) and arrays[name].shape[-1] == 3:
-            points = np.asarray(arrays[name], dtype=np.float64) * unit
-            points[~(np.abs(points).sum(axis=-1) > 0.0)] = np.nan
-            return points
-    depth = next((name for name in ("depth_mm", "depth") if name in arrays and arrays[name].ndim == 2), None)
-    if depth is None:
-        raise RecordingError(file, ", ".join(arrays), "neither points xyz nor a depth image", "name them xyz or depth")
-    if camera is None and all(name in arrays for name in ("fx", "fy", "cx", "cy")):
-        camera = tuple(float(arrays[name]) for name in ("fx", "fy", "cx", "cy"))
-    if camera is None:
-        raise InvalidArgumentError("--intrinsics", "FX,FY,CX,CY of the camera", "none", "a depth image needs them")
+    from bingham.io.fields import Fields
+    from bingham.io.points import read_points
     from bingham.surfaces.normals import back_project
 
-    image_ = arrays[depth]
-    unit = 1e-3 if depth == "depth_mm" else scale if np.issubdtype(image_.dtype, np.integer) else 1.0
-    return back_project(image_.astype(np.float64) * unit, *camera)
+    camera = None if intrinsics is None else _numbers(intrinsics)
+    fields = Fields(file, read_points(file))
+    there = fields.content
+    for name, unit in (("xyz", 1.0), ("xyz_mm", 1e-3)):
+        if name in there:
+            points = fields.as_numbers(name) * unit
+            if points.ndim not in (2, 3) or points.shape[-1] != 3:
+                raise RecordingError(file, f"field {name}", f"of shape {points.shape}", "(H, W, 3) or (n, 3) is meant")
+            points[~((points != 0.0).any(axis=-1) & (np.abs(points) < FARTHEST).all(axis=-1))] = np.nan
+            return points
+    depth = next((name for name in ("depth_mm", "depth") if name in there), None)
+    if depth is None:
+        known = " ".join(there) or "none"
+        raise RecordingError(file, "", f"neither points nor a depth image; fields: {known}", "name them xyz or depth")
+    if camera is None and all(name in there for name in CAMERA):
+        camera = (fields.positive("fx"), fields.positive("fy"), fields.finite("cx"), fields.finite("cy"))
+    if camera is None:
+        raise InvalidArgumentError("--intrinsics", "FX,FY,CX,CY of the camera", "none", "a depth image needs them")
+    image = fields.as_numbers(depth)
+    if image.ndim != 2:
+        raise RecordingError(file, f"field {depth}", f"of shape {image.shape}", "an image (H, W) is meant")
+    whole = fields.array(depth).dtype.kind in "iu"
+    image *= 1e-3 if depth == "depth_mm" else scale if whole else 1.0
+    image[~(image < FARTHEST)] = np.nan
+    return back_project(image, *camera)
 
 
 def _numbers(text: str) -> tuple[float, ...]:
@@ -145,6 +142,6 @@ def _numbers(text: str) -> tuple[float, ...]:
         camera = tuple(float(part) for part in text.split(","))
     except ValueError:
         camera = ()
-    if len(camera) != 4 or not camera[0] > 0.0 or not camera[1] > 0.0:
+    if len(camera) != 4 or not all(map(math.isfinite, camera)) or not camera[0] > 0.0 or not camera[1] > 0.0:
         raise InvalidArgumentError("--intrinsics", "four numbers FX,FY,CX,CY", repr(text))
     return camera

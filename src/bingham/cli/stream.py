@@ -112,7 +112,7 @@ class Follower:
         self._state = state
         self._stderr = stderr
         self._line = 0
-        self._newest = max((t for t in stream.state.last.tolist() if t == t), default=math.nan)
+        self._newest = max((t for t in stream.state.newest.tolist() if t == t), default=math.nan)
         self._ahead: dict[str, float] = {}
         self._behind: dict[str, tuple[int, float]] = {}
         self._queue: list[tuple[float, ...]] = []

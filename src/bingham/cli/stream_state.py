@@ -81,8 +81,8 @@ def _problem(state: Any) -> str:
         values = np.asarray(state.record[name], dtype=np.float64)
         if np.abs(values[~np.isnan(values)]).max(initial=0.0) > LARGEST_NUMBER:
             return f"{name} holds numbers that no state has"
-    last = state.last[~np.isnan(state.last)]
-    if np.abs(last).max(initial=0.0) >= NEVER_SECONDS:
+    newest = state.newest[~np.isnan(state.newest)]
+    if np.abs(newest).max(initial=0.0) >= NEVER_SECONDS:
         return "its last sample is not in seconds"
     if not state.started:
         return ""

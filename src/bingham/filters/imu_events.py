@@ -65,7 +65,7 @@ class ImuStream:
         self._state = self._filter.blank() if state is None else state.copy()
         self._record = self._state.record
         self._work = np.zeros(1, dtype=WORK)[0]
-        self._times = self._record["last"].tolist()  # also of samples that are rejected
+        self._times = self._state.newest.tolist()  # also of samples that are rejected
         self._log_evidence = 0.0
 
     def gyroscope(self, time: float, rate: Sequence[float] | FloatArray) -> None:

@@ -59,6 +59,16 @@ class ImuState:
         return self.record["last"].copy()
 
     @property
+    def newest(self) -> FloatArray:
+        """Times as `last` has them, or of samples that wait to be confirmed: later ones must follow these."""
+        times, kept = self.last, np.full(2, np.nan)
+        kept[self.record["held"] > 0] = self.record["held_time"][self.record["held"] > 0]
+        times[:2] = np.fmax(times[:2], kept)
+        if self.record["blank"] > 0:
+            times[0] = np.fmax(times[0], self.record["blank_time"])
+        return times
+
+    @property
     def covariance(self) -> FloatArray:
         """Covariance (12, 12) of the errors of orientation, velocity, gyroscope and accelerometer bias."""
         return self.record["covariance"].copy()
@@ -67,6 +77,7 @@ class ImuState:
         """Return a copy that goes on with any clock: what follows is taken as the next sample."""
         state = self.copy()
         state.record["last"] = np.nan
+        state.record["blank"] = state.record["held"] = 0  # samples kept back have times, too
         return state
 
     @property

@@ -282,14 +282,16 @@ def group(path: Path, place: str, found: Mapping[str, int], own: Sequence[str]) 
     return groups
 
 
-def check_complete(path: Path, place: str, groups: Mapping[str, list[str]], own: Sequence[str]) -> None:
-    """Raise an error if there is nothing to be filtered, or no time."""
+def check_complete(
+    path: Path, place: str, groups: Mapping[str, list[str]], own: Sequence[str], *, alone: bool = True
+) -> None:
+    """Raise an error if there is nothing to be filtered, or no time; any sensor will do if the file is not `alone`."""
     has = f"the file has: {', '.join(own)}"
     if "time" not in groups:
         _reject_strange_unit(path, place, own, COLUMNS["time"])
         hint = f"add the time in seconds, name it in columns={{'t': ...}} or give rate= in Hz; {has}"
         raise RecordingError(path, place, "names no column t", hint)
-    if "gyroscope" in groups:
+    if "gyroscope" in groups or (not alone and len(groups) > 1):
         return
     for sensor in ("accelerometer", "magnetometer"):
         if sensor in groups:

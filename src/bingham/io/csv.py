@@ -142,9 +142,10 @@ def read_samples(
         problem = f"no columns of {' '.join(kind.columns)} in place of a gyroscope or quaternion"
         raise RecordingError(text.path, place, problem, f"the file has: {', '.join(layout.names)}")
     timed = rate is not None or meaning.counter is not None
-    if alone:
-        known = groups | ({"time": ["t"]} if timed else {}) | ({"orientation": []} if written else {})
-        check_complete(text.path, place, known, layout.names)
+    known = groups | ({"time": ["t"]} if timed else {}) | ({"orientation": []} if written else {})
+    if meaning.bare:
+        known["gyroscope"] = meaning.bare  # or another sensor
+    check_complete(text.path, place, known, layout.names, alone=alone)
     return _read(text, layout, meaning, groups, rate, written)
 
 

@@ -80,9 +80,17 @@ class Fields:
 
     def positive(self, name: str) -> float:
         """Return a field of one positive finite number."""
+        value = self.finite(name)
+        if value <= 0:
+            raise RecordingError(self.path, f"field {name}", f"is {value:g}", "expected one positive number")
+        return value
+
+    def finite(self, name: str) -> float:
+        """Return a field of one finite number."""
         values = self.as_numbers(name).ravel()
-        if values.shape != (1,) or not (0 < values[0] < np.inf):
-            raise RecordingError(self.path, f"field {name}", f"is {values}", "expected one positive number")
+        if values.shape != (1,) or not np.isfinite(values[0]):
+            got = f"is {values[0]}" if values.size == 1 else f"has {values.size} numbers"
+            raise RecordingError(self.path, f"field {name}", got, "expected one finite number")
         return float(values[0])
 
     def build(self, kind: type[R], names: Mapping[str, str], **values: Any) -> R:

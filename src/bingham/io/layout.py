@@ -209,7 +209,7 @@ def _names(
 
 def _fits(row: list[str], width: int) -> bool:
     """Whether names are as many as cells; one of them may end in a separator too many."""
-    return len(row) == width or (len(row) == width + 1 and not row[-1]) or (len(row) == width - 1 and bool(row[-1]))
+    return len(row) == width or (len(row) == width + 1 and not row[-1]) or (0 < len(row) == width - 1 and bool(row[-1]))
 
 
 def _fitted(row: list[str], width: int) -> list[str]:

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import math
 import zipfile
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
-from typing import Any
+from typing import IO, Any
 
 import numpy as np
 
@@ -19,7 +19,7 @@ from bingham.io.registry import Format
 from bingham.io.trial import trial
 from bingham.recording import ImuRecording, OrientationRecording
 
-__all__ = ["load_archive", "read_npz", "save_archive", "write_npz"]
+__all__ = ["Archive", "load_archive", "load_array", "read_npz", "save_archive", "write_npz"]
 
 # The archive's field `format` says which of these it holds; archives without it hold somebody else's arrays.
 IMU, ORIENTATIONS = "bingham-imu-1", "bingham-orientations-1"
@@ -135,25 +135,37 @@ class Archive(Mapping[str, Any]):
         return self._read[name]
 
     def _array(self, name: str) -> Any:
+        others = sum(getattr(values, "nbytes", 0) for values in self._read.values())
         try:
             with zipfile.ZipFile(self._path) as archive:
-                with archive.open(self._members[name]) as member:
-                    version = np.lib.format.read_magic(member)
-                    read_header = np.lib.format.read_array_header_1_0
-                    shape, _, dtype = (read_header if version == (1, 0) else np.lib.format.read_array_header_2_0)(
-                        member
-                    )
-                if dtype.hasobject:
-                    raise RecordingError(self._path, f"field {name}", "holds objects", "numbers are expected")
-                size = math.prod(shape) * max(dtype.itemsize, 8)
-                others = sum(getattr(values, "nbytes", 0) for values in self._read.values())
-                check_size(self._path, f"field {name}", float(size + others))
-                with archive.open(self._members[name]) as member:
-                    return np.lib.format.read_array(member, allow_pickle=False)
+                return _checked(self._path, f"field {name}", lambda: archive.open(self._members[name]), others)
         except RecordingError:
             raise
         except Exception as error:  # NumPy and zipfile raise whatever they stumble over
             raise damaged(self._path, "npz archive", error) from error
+
+
+def load_array(path: Path) -> Any:
+    """Return the array of an npy file, its declared size compared with that of the file first."""
+    try:
+        return _checked(path, "array", lambda: path.open("rb"))
+    except (RecordingError, OSError):
+        raise
+    except Exception as error:
+        raise damaged(path, "npy file", error) from error
+
+
+def _checked(path: Path, place: str, opened: Callable[[], IO[bytes]], others: float = 0.0) -> Any:
+    """Read an array of no objects, after a look at the size that its header declares."""
+    with opened() as file:
+        version = np.lib.format.read_magic(file)
+        read_header = np.lib.format.read_array_header_1_0
+        shape, _, dtype = (read_header if version == (1, 0) else np.lib.format.read_array_header_2_0)(file)
+    if dtype.hasobject:
+        raise RecordingError(path, place, "holds objects", "numbers are expected")
+    check_size(path, place, float(math.prod(shape) * max(dtype.itemsize, 8) + others))
+    with opened() as file:
+        return np.lib.format.read_array(file, allow_pickle=False)
 
 
 def load_archive(path: Path) -> dict[str, Any]:
