@@ -144,7 +144,7 @@ def read_samples(
     timed = rate is not None or meaning.counter is not None
     known = groups | ({"time": ["t"]} if timed else {}) | ({"orientation": []} if written else {})
     if meaning.bare:
-        known["gyroscope"] = meaning.bare  # or another sensor
+        known["gyroscope"] = []  # or another sensor
     check_complete(text.path, place, known, layout.names, alone=alone)
     return _read(text, layout, meaning, groups, rate, written)
 
