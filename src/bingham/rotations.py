@@ -5,14 +5,16 @@ A quaternion q rotates body vectors into the world: v_world = q ⊗ v_body ⊗ q
 
 from __future__ import annotations
 
-from typing import Any, cast
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.spatial.transform import Rotation
 
 from bingham.errors import InvalidArgumentError
-from bingham.validation import UNIT_TOLERANCE, as_array, as_numbers, unit_rows
+from bingham.validation import UNIT_TOLERANCE, as_array, as_numbers, is_rotation, unit_rows
+
+if TYPE_CHECKING:
+    from scipy.spatial.transform import Rotation
 
 __all__ = [
     "align_signs",
@@ -56,7 +58,7 @@ def as_quaternion(x: ArrayLike | Rotation, *, scalar_first: bool | None = None, 
     >>> as_quaternion([0, 0, 0, 1], scalar_first=False)
     array([1., 0., 0., 0.])
     """
-    if isinstance(x, Rotation):
+    if is_rotation(x):
         return np.asarray(x.as_quat(scalar_first=True), dtype=np.float64)
     if scalar_first is None:
         raise InvalidArgumentError(
@@ -162,6 +164,8 @@ def rotate(q: ArrayLike | Rotation, v: ArrayLike) -> FloatArray:
 
 def to_rotation(q: ArrayLike) -> Rotation:
     """Return the SciPy ``Rotation`` of q (..., 4), scalar first."""
+    from scipy.spatial.transform import Rotation
+
     return cast(Any, Rotation).from_quat(np.asarray(q, dtype=np.float64), scalar_first=True)
 
 

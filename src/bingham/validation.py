@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import math
+import sys
 from operator import index
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeGuard, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.spatial.transform import Rotation
 
 from bingham.errors import InvalidArgumentError
+
+if TYPE_CHECKING:
+    from scipy.spatial.transform import Rotation
 
 FloatArray = NDArray[np.float64]
 T = TypeVar("T")
@@ -67,7 +70,13 @@ def as_generator(rng: Any) -> np.random.Generator:
 
 def as_array(x: ArrayLike | Rotation) -> ArrayLike:
     """Return (w, x, y, z) of a `Rotation`, anything else as it is."""
-    return x.as_quat(scalar_first=True) if isinstance(x, Rotation) else x
+    return x.as_quat(scalar_first=True) if is_rotation(x) else x
+
+
+def is_rotation(x: object) -> TypeGuard[Rotation]:
+    """Whether x is SciPy's `Rotation`; whoever has one has imported it, which takes long."""
+    module = sys.modules.get("scipy.spatial.transform")
+    return module is not None and isinstance(x, module.Rotation)
 
 
 def as_numbers(x: Any, name: str) -> FloatArray:

@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import Any
 
 from bingham.distributions.bingham import Bingham
-from bingham.distributions.mixture import BinghamMixture
 from bingham.errors import InvalidArgumentError
 from bingham.validation import described
 
@@ -19,7 +18,7 @@ def check_distribution(distribution: Any, name: str, hint: str = NEW_DISTRIBUTIO
     """Reject what is no `Bingham`, and say how to fix the call."""
     if isinstance(distribution, Bingham):
         return
-    if isinstance(distribution, BinghamMixture):
+    if _is_mixture(distribution):
         hint = "mixtures go into MixtureFilter; one of the distributions is mixture.components[k]"
     elif isinstance(getattr(distribution, "final", None), Bingham):
         hint = "the last distribution of a track is track.final"
@@ -28,7 +27,7 @@ def check_distribution(distribution: Any, name: str, hint: str = NEW_DISTRIBUTIO
 
 def check_mixture(mixture: Any, name: str) -> None:
     """Reject what is no `BinghamMixture`, and say how to make one of it."""
-    if isinstance(mixture, BinghamMixture):
+    if _is_mixture(mixture):
         return
     single = isinstance(mixture, Bingham)
     hint = (
@@ -51,16 +50,23 @@ def check_process_noise(w: Any) -> None:
 
 def check_measurement_noise(v: Any, *, mixtures: bool = False) -> None:
     """Reject what is no distribution (or mixture, where filters take them) and has not the method of a `Sensor`."""
-    if isinstance(v, Bingham) or (mixtures and isinstance(v, BinghamMixture)):
+    if isinstance(v, Bingham) or (mixtures and _is_mixture(v)):
         return
     if callable(getattr(v, "likelihood", None)) and not isinstance(v, type):
         return
     distributions = "a Bingham distribution, a BinghamMixture" if mixtures else "a Bingham distribution"
     if callable(getattr(v, "propagate", None)):
         hint = "swap them: the process noise, or motion model, comes first, the sensor second"
-    elif isinstance(v, BinghamMixture):
+    elif _is_mixture(v):
         hint = "MixtureFilter takes mixtures"
     else:
         hint = DISTRIBUTION_OF_NOISE
     expected = f"{distributions} or a sensor with likelihood(z, predicted)"
     raise InvalidArgumentError("measurement_noise", expected, described(v), hint)
+
+
+def _is_mixture(x: Any) -> bool:
+    """Whether x is a `BinghamMixture`, whose module, with what it loads, the filters of one distribution do without."""
+    from bingham.distributions.mixture import BinghamMixture
+
+    return isinstance(x, BinghamMixture)

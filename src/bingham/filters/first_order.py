@@ -6,11 +6,10 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.spatial.transform import Rotation
 
 from bingham.distributions.bingham import Bingham
 from bingham.distributions.checks import check_distribution, check_measurement_noise, check_process_noise
@@ -24,6 +23,9 @@ from bingham.filters.track import BinghamTrack
 from bingham.models.motion import MotionModel, RandomWalk, on_side
 from bingham.models.sensors import OrientationSensor, Sensor, condition
 from bingham.validation import as_array, check_noise_side, is_missing
+
+if TYPE_CHECKING:
+    from scipy.spatial.transform import Rotation
 
 __all__ = ["BinghamFilter"]
 

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, ClassVar, Literal
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import ndtr
 
 from bingham.distributions.bingham import Bingham
 from bingham.distributions.uncertainty import frame_required
@@ -144,6 +143,8 @@ class ImuTrack(TrackMethods):
 
     def heading_credible_angle(self, p: float) -> FloatArray:
         """Return α (N,) with P(|heading error| ≤ α) = p, rad: the heading wraps around, α ≤ p π; NaN as `modes`."""
+        from scipy.special import ndtr
+
         if not 0.0 < p < 1.0:
             raise InvalidArgumentError("p", "a probability between 0 and 1", p)
         sigma = np.sqrt(self.rotation_covariance[:, 2, 2])

@@ -9,11 +9,10 @@ import warnings
 from abc import ABC, abstractmethod
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Any, Generic, Literal, TypeVar, cast
+from typing import TYPE_CHECKING, Any, Generic, Literal, TypeVar, cast
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.spatial.transform import Rotation
 
 from bingham.distributions.bingham import Bingham
 from bingham.errors import BinghamError, InvalidArgumentError, RecordingWarning
@@ -21,6 +20,9 @@ from bingham.filters.protocol import Filter, Info, State
 from bingham.filters.track import ACCEPTED, MISSING, REJECTED, BinghamTrack, Track
 from bingham.recording import as_seconds
 from bingham.validation import as_numbers, check_number, missing_rows
+
+if TYPE_CHECKING:
+    from scipy.spatial.transform import Rotation
 
 __all__ = ["Keep", "RecursiveFilter", "Rows", "each_step", "run", "time_steps", "warn_of_rejections"]
 

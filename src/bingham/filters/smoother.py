@@ -9,11 +9,10 @@ likelihood of z_t itself.
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.spatial.transform import Rotation
 
 from bingham.distributions.bingham import Bingham
 from bingham.errors import InvalidArgumentError
@@ -25,6 +24,9 @@ from bingham.models.motion import MotionModel, RandomWalk
 from bingham.models.sensors import OrientationSensor, VectorSensor, davenport_matrix
 from bingham.rotations import compose, conjugate
 from bingham.validation import as_numbers, check_kind, integer
+
+if TYPE_CHECKING:
+    from scipy.spatial.transform import Rotation
 
 __all__ = ["smooth_fixed_interval", "smooth_fixed_lag"]
 

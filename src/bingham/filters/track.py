@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, fields
-from typing import Any, ClassVar, Generic, Literal, Self, TypeVar, cast
+from typing import TYPE_CHECKING, Any, ClassVar, Generic, Literal, Self, TypeVar, cast
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.spatial.transform import Rotation
 
 from bingham.distributions.bingham import Bingham
 from bingham.distributions.uncertainty import frame_required
 from bingham.errors import InvalidArgumentError, MissingExtraError
 from bingham.rotations import align_signs, to_rotation
+
+if TYPE_CHECKING:
+    from scipy.spatial.transform import Rotation
 
 __all__ = ["ACCEPTED", "MISSING", "REJECTED", "BinghamTrack", "Track", "TrackMethods"]
 

@@ -9,14 +9,15 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.spatial.transform import Rotation
 
 from bingham.errors import InvalidArgumentError
-from bingham.geology import angles as compass
+
+if TYPE_CHECKING:
+    from scipy.spatial.transform import Rotation
 
 __all__ = ["ANGLES", "AngleKind", "angle_kind", "from_angles", "recognised", "to_angles"]
 
@@ -57,25 +58,34 @@ class AngleKind:
 
 
 def _compass(
-    name: str, title: str, columns: tuple[str, str], decode: Any, encode: Any, *spellings: tuple[str, ...]
+    name: str, title: str, columns: tuple[str, str], function: str, *spellings: tuple[str, ...], swapped: bool = False
 ) -> AngleKind:
-    return AngleKind(
-        name,
-        title,
-        columns,
-        ("n", "e", "d"),
-        lambda a: decode(a[:, 0], a[:, 1]),
-        lambda x: np.stack(encode(x), axis=-1),
-        spellings,
-    )
+    """Compass angles: `function` is what `bingham.geology` calls them; `swapped`: the file has the second first."""
+    order = (1, 0) if swapped else (0, 1)
+
+    def decode(a: FloatArray) -> FloatArray:
+        from bingham.geology import angles
+
+        return getattr(angles, f"from_{function}")(*(a[:, k] for k in order))
+
+    def encode(x: FloatArray) -> FloatArray:
+        from bingham.geology import angles
+
+        both = getattr(angles, f"to_{function}")(x)
+        return np.stack([both[k] for k in order], axis=-1)
+
+    return AngleKind(name, title, columns, ("n", "e", "d"), decode, encode, spellings)
 
 
 def _quaternions(rotation: Rotation) -> FloatArray:
     return np.asarray(rotation.as_quat(scalar_first=True), dtype=np.float64)
 
 
-def _rotation(q: FloatArray) -> Rotation:
-    return Rotation.from_quat(q, scalar_first=True)
+def _rotation(kind: str, *arguments: Any, **options: Any) -> Rotation:
+    """Return SciPy's rotation of some kind, which is not loaded where nobody has angles."""
+    from scipy.spatial.transform import Rotation
+
+    return getattr(Rotation, f"from_{kind}")(*arguments, **options)
 
 
 def _euler(
@@ -90,11 +100,11 @@ def _euler(
     """Euler angles: `order` tells which column is which angle of the sequence; `inverse`: they rotate world to body."""
 
     def decode(a: FloatArray) -> FloatArray:
-        rotation = Rotation.from_euler(sequence, np.radians(a[:, list(order)]))
+        rotation = _rotation("euler", sequence, np.radians(a[:, list(order)]))
         return _quaternions(rotation.inv() if inverse else rotation)
 
     def encode(q: FloatArray) -> FloatArray:
-        rotation = _rotation(q)
+        rotation = _rotation("quat", q, scalar_first=True)
         angles = np.degrees((rotation.inv() if inverse else rotation).as_euler(sequence, suppress_warnings=True))
         return angles[:, np.argsort(order)]
 
@@ -113,7 +123,7 @@ def _matrices(a: FloatArray) -> FloatArray:
     if bad.any():
         got = f"row {int(np.argmax(bad)) + 1}, which is none"
         raise InvalidArgumentError("angles", "rotation matrices, row by row", got)
-    return _quaternions(Rotation.from_matrix(matrices))
+    return _quaternions(_rotation("matrix", matrices))
 
 
 POLES = "; axes are the poles of the planes"
@@ -124,8 +134,7 @@ ANGLES: dict[str, AngleKind] = {
             "trend-plunge",
             "trend and plunge of lines",
             ("trend", "plunge"),
-            compass.from_trend_plunge,
-            compass.to_trend_plunge,
+            "trend_plunge",
             ("trd", "plg"),
             ("bearing", "plunge"),
             ("azimuth", "plunge"),
@@ -134,22 +143,20 @@ ANGLES: dict[str, AngleKind] = {
             "plunge-trend",
             "plunge and trend of lines",
             ("plunge", "trend"),
-            lambda p, t: compass.from_trend_plunge(t, p),
-            lambda x: compass.to_trend_plunge(x)[::-1],
+            "trend_plunge",
+            swapped=True,
         ),
         _compass(
             "strike-dip",
             f"strike (right-hand rule) and dip of planes{POLES}",
             ("strike", "dip"),
-            compass.from_strike_dip,
-            compass.to_strike_dip,
+            "strike_dip",
         ),
         _compass(
             "dip-direction",
             f"dip and dip direction of planes{POLES}",
             ("dip", "dip_direction"),
-            compass.from_dip_direction,
-            compass.to_dip_direction,
+            "dip_direction",
             ("dip", "dipdir"),
             ("dip", "dip_dir"),
             ("dip", "dip_azimuth"),
@@ -160,8 +167,7 @@ ANGLES: dict[str, AngleKind] = {
             "declination-inclination",
             "declination and inclination of directions",
             ("declination", "inclination"),
-            compass.from_declination_inclination,
-            compass.to_declination_inclination,
+            "declination_inclination",
             ("dec", "inc"),
             ("decl", "incl"),
             ("d", "i"),
@@ -208,8 +214,8 @@ ANGLES: dict[str, AngleKind] = {
             "rotation vectors, rad",
             ("rx", "ry", "rz"),
             ("qw", "qx", "qy", "qz"),
-            lambda a: _quaternions(Rotation.from_rotvec(a)),
-            lambda q: _rotation(q).as_rotvec(),
+            lambda a: _quaternions(_rotation("rotvec", a)),
+            lambda q: _rotation("quat", q, scalar_first=True).as_rotvec(),
             (("rotvec_x", "rotvec_y", "rotvec_z"),),
             degrees=False,
         ),
@@ -219,7 +225,7 @@ ANGLES: dict[str, AngleKind] = {
             tuple(f"r{i}{j}" for i in (1, 2, 3) for j in (1, 2, 3)),
             ("qw", "qx", "qy", "qz"),
             _matrices,
-            lambda q: _rotation(q).as_matrix().reshape(-1, 9),
+            lambda q: _rotation("quat", q, scalar_first=True).as_matrix().reshape(-1, 9),
             (
                 tuple(f"r{i}{j}" for i in range(3) for j in range(3)),
                 tuple(f"m{i}{j}" for i in (1, 2, 3) for j in (1, 2, 3)),

@@ -7,7 +7,6 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial.transform import Rotation
 
 from bingham.errors import RecordingError
 from bingham.io.checks import note
@@ -66,6 +65,8 @@ def read_ebsd(path: str | Path) -> EbsdMap:
     RecordingError
         If the file is not as its format promises, naming the line.
     """
+    from scipy.spatial.transform import Rotation
+
     text = opened_text(path)
     lines = text.path.read_text(encoding=text.encoding).splitlines()
     read = _read_ctf if any(line.lower().startswith("phase\tx\ty") for line in lines[:200]) else _read_ang

@@ -6,10 +6,10 @@ Geiger, Lenz, Stiller & Urtasun, "Vision meets robotics: the KITTI dataset", IJR
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial.transform import Rotation
 
 from bingham.errors import RecordingError
 from bingham.io.assemble import Stream, inertial_recording, orientation_recording
@@ -93,7 +93,7 @@ def _poses(path: Path, rate: float | None, regularise: bool) -> OrientationRecor
         if rate is None:
             note(f"{path}: poses without times: taken at KITTI's {RATE:g} Hz; another by rate=")
         time = np.arange(len(turns)) / (rate or RATE)
-    rows = {"time": time, "orientation": _wxyz(Rotation.from_matrix(turns)), "position": positions}
+    rows = {"time": time, "orientation": _wxyz("matrix", turns), "position": positions}
     return orientation_recording(path, place, rows, regularise=regularise)
 
 
@@ -124,7 +124,7 @@ def _oxts(path: Path, regularise: bool) -> ImuRecording:
     def of(*names: str) -> NDArray[np.float64]:
         return np.stack([values[name] for name in names], axis=1)
 
-    reference = _wxyz(Rotation.from_euler("ZYX", of("yaw", "pitch", "roll")))  # yaw 0: east, anticlockwise
+    reference = _wxyz("euler", "ZYX", of("yaw", "pitch", "roll"))  # yaw 0: east, anticlockwise
     streams = {"gyroscope": Stream(time, of("wx", "wy", "wz")), "accelerometer": Stream(time, of("ax", "ay", "az"))}
     name = path.resolve().parent.name if path.resolve().name == "oxts" else path.resolve().name
     return inertial_recording(
@@ -132,7 +132,11 @@ def _oxts(path: Path, regularise: bool) -> ImuRecording:
     )
 
 
-def _wxyz(rotations: Rotation) -> NDArray[np.float64]:
+def _wxyz(kind: str, *arguments: Any) -> NDArray[np.float64]:
+    """Return quaternions, scalar first, of matrices or Euler angles, by SciPy, which is loaded for them alone."""
+    from scipy.spatial.transform import Rotation
+
+    rotations = getattr(Rotation, f"from_{kind}")(*arguments)
     return np.asarray(rotations.as_quat(scalar_first=True), dtype=np.float64)
 
 

@@ -76,14 +76,14 @@ def covariance_of(content: Content, frame: str) -> FloatArray | None:
 
 def deviations(content: Content) -> dict[str, FloatArray]:
     """Return standard deviations, rad, (T,): heading and inclination of rotations, the angle of axes in the plane."""
-    from scipy.special import ive
-
     from bingham.filters.imu_track import UNIFORM_INCLINATION, UNIFORM_VARIANCE
 
     modes = np.asarray(content["modes"])
     if modes.shape[1] == 2:
         if content.get("concentrations") is None:
             return {}
+        from scipy.special import ive
+
         # A Bingham axis in the plane is a von Mises angle of twice the size, κ = −z₁/2.
         half = -np.asarray(content["concentrations"])[:, 0] / 2
         with np.errstate(divide="ignore"):

@@ -11,7 +11,6 @@ from typing import ClassVar, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.special import i0e
 
 from bingham.distributions.bingham import Bingham
 from bingham.distributions.checks import check_distribution
@@ -221,6 +220,8 @@ class HeadingSensor:
 
     def likelihood(self, z: ArrayLike, predicted: Bingham) -> Likelihood:
         """Return the likelihood of the measured body vector z (3,) about the predicted mode."""
+        from scipy.special import i0e
+
         b = np.asarray(z, dtype=np.float64)
         if b.shape != (3,) or not np.all(np.isfinite(b)):
             raise InvalidArgumentError("z", "a finite vector (3,)", z)
