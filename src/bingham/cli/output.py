@@ -117,16 +117,11 @@ def _state_of(track: Any) -> dict[str, Any]:
 
 @dataclass(frozen=True)
 class Sketch:
-    """What a figure needs of an inertial track."""
+    """What a figure needs of an inertial track: some of its rows."""
 
     time: Any
     modes: Any
     rotation_covariance: Any
-
-    @classmethod
-    def of(cls, track: Any, rows: slice) -> Sketch:
-        """Take some rows of a track."""
-        return cls(track.time[rows].copy(), track.modes[rows].copy(), track.rotation_covariance[rows].copy())
 
     def __len__(self) -> int:
         return len(self.time)

@@ -5,7 +5,8 @@ from __future__ import annotations
 import functools
 import inspect
 import warnings
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, get_type_hints
 
@@ -16,7 +17,7 @@ from bingham.errors import InvalidArgumentError
 if TYPE_CHECKING:
     from bingham.recording import ImuRecording, OrientationRecording
 
-__all__ = ["OPTIONS", "gathered", "name_of", "options", "read", "takes_reading"]
+__all__ = ["OPTIONS", "gathered", "name_of", "options", "read", "read_pieces", "takes_reading"]
 
 TOPICS = ("imu", "gyroscope", "accelerometer", "magnetometer", "pose")
 # Argument of a reader → option of the command line that sets it.
@@ -153,19 +154,43 @@ def read(path: Path, format: str | None, given: Mapping[str, Any]) -> ImuRecordi
         If an option has no meaning for the format.
     """
     from bingham.cli.filtering import renamed
-    from bingham.cli.wording import in_options, worded
     from bingham.io import read_recording
 
     beside = given.get("beside", {}).get(str(path), [])
     options = {name: value for name, value in given.items() if name != "beside"}
+    with _worded():
+        recording = read_recording([path, *beside] if beside else path, format=format, **options)
+    return renamed(recording, name_of(path))
+
+
+def read_pieces(path: Path, given: Mapping[str, Any], rows: int) -> Iterator[ImuRecording]:
+    """Read a recording from a table of text in pieces of so many rows; see `bingham.io.pieces`."""
+    from bingham.io.bounds import bounded
+    from bingham.io.detect import readable
+    from bingham.io.pieces import pieces_of_csv, rechunked
+
+    options = {name: value for name, value in given.items() if name not in ("beside", "max_size")}
+    pieces = rechunked(pieces_of_csv(path, **options), rows)
+    while True:
+        with _worded(), bounded(given.get("max_size")), readable(path):
+            piece = next(pieces, None)
+        if piece is None:
+            return
+        yield piece
+
+
+@contextmanager
+def _worded() -> Generator[None]:
+    """Let errors and warnings of the block speak of options."""
+    from bingham.cli.wording import in_options, worded
+
     with warnings.catch_warnings(record=True) as caught, in_options(OPTIONS | {"format": "--format"}):
         warnings.simplefilter("always")
-        recording = read_recording([path, *beside] if beside else path, format=format, **options)
+        yield
     for warning in caught:
         warnings.warn_explicit(
             worded(str(warning.message), OPTIONS), warning.category, warning.filename, warning.lineno
         )
-    return renamed(recording, name_of(path))
 
 
 def gathered(paths: Sequence[Path], given: dict[str, Any]) -> list[Path]:

@@ -5,7 +5,8 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+
+from bingham.cli.thinned import Thinned
 
 __all__ = ["Summary"]
 
@@ -16,21 +17,30 @@ REJECTED = (2, 3, 4)
 JUDGED = (1, *REJECTED)
 # Beyond this share of a sensor's samples rejected, the sensor or its axes are in question.
 DOUBTFUL_REJECTED = 0.5
+# Samples that medians are taken of; more are thinned out.
+ENOUGH = 1_000_000
 CHECK = "disturbed field? Or check units, axes and handedness of gyroscope and magnetometer"
 
 
 class Summary:
-    """Figures of one recording; angles in degrees, as their names say."""
+    """Figures of one recording; angles in degrees, as their names say.
 
-    def __init__(self) -> None:
+    Parameters
+    ----------
+    usual_step : float
+        Usual time between samples, s; NaN of a lone one.
+    """
+
+    def __init__(self, usual_step: float) -> None:
         self.samples = 0
         self._first = self._last = np.nan
-        self._usual = np.nan
+        self._usual = usual_step
         self._gaps, self._longest = 0, 0.0
         self._sensors: list[str] = []
         self._rejected = self._judged = 0
         self._log_evidence = 0.0
-        self._deviations: dict[str, list[NDArray[np.float32]]] = {}
+        self._deviations: dict[str, Thinned] = {}
+        self._final: dict[str, float] = {}
         self._bias: dict[str, Any] = {}
 
     def add(self, piece: Any, track: Any) -> None:
@@ -50,7 +60,9 @@ class Summary:
         else:
             self._rejected += int(track.rejected.sum())
         for name, values in deviations(content_of(track)).items():
-            self._deviations.setdefault(name, []).append(np.degrees(values).astype(np.float32))
+            angles = np.degrees(values).astype(np.float32)
+            self._deviations.setdefault(name, Thinned(ENOUGH)).add(angles)
+            self._final[name] = float(angles[-1])
         if (bias := getattr(track, "bias", None)) is not None:
             self._bias = {
                 "bias_deg_s": dict(zip("xyz", np.degrees(bias[-1]).tolist(), strict=True)),
@@ -63,8 +75,6 @@ class Summary:
             steps = steps[1:]
         if not len(steps):
             return
-        if np.isnan(self._usual):
-            self._usual = float(np.median(steps))
         self._longest = max(self._longest, float(steps.max()))
         self._gaps += int((steps > GAP * self._usual).sum())
 
@@ -83,7 +93,7 @@ class Summary:
 
     def row(self) -> dict[str, Any]:
         """Return all of it by name."""
-        angles = {name: np.concatenate(parts) for name, parts in self._deviations.items()}
+        angles = {name: kept.arrays()[0] for name, kept in self._deviations.items()}
         return {
             "samples": self.samples,
             "duration_s": self.duration_s,
@@ -92,7 +102,7 @@ class Summary:
             "gaps": {"count": self._gaps, "longest_s": self._longest},
             "rejected": self._rejected,
             "log_evidence": self._log_evidence,
-            "final_deviation_deg": {name: _known(values[-1]) for name, values in angles.items()},
+            "final_deviation_deg": {name: _known(value) for name, value in self._final.items()},
             "median_deviation_deg": {name: _known(_median(values)) for name, values in angles.items()},
             **self._bias,
         }

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 import warnings
 from collections.abc import Callable, Generator
 from contextlib import contextmanager
@@ -10,8 +9,13 @@ from pathlib import Path
 from time import perf_counter
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from bingham.cli.calibrate import calibrated
+from bingham.cli.filtering import Filtering, fitted, note, rows_of
 from bingham.cli.output import Outputs
+from bingham.cli.source import Source, in_pieces, opened, opened_whole
+from bingham.cli.thinned import Thinned
 from bingham.errors import InvalidArgumentError, RecordingWarning
+from bingham.io.running_clock import WholeNeededError
 
 if TYPE_CHECKING:
     from bingham.cli.filtering import FilterOptions
@@ -45,8 +49,15 @@ def track_one(
     from bingham.atomic import staged
 
     started = perf_counter()
+    step("reading")
     with _collected() as said, staged(folder) as temporary:
-        row = _track(path, name, temporary, settings, step, check)
+        try:
+            row = _track(path, name, temporary, settings, opened(path, name, settings), step, check)
+        except WholeNeededError:
+            said.clear()
+            for file in temporary.iterdir():
+                file.unlink()
+            row = _track(path, name, temporary, settings, opened_whole(path, name, settings), step, check)
     row["files"] = [str(folder / file) for file in row["files"]]
     row["warnings"] = list(dict.fromkeys(said))
     row["wall_s"] = perf_counter() - started
@@ -73,52 +84,49 @@ def _track(
     name: str,
     folder: Path,
     settings: Settings,
+    source: Source,
     step: Callable[[str], None],
     check: Callable[[bool], None],
 ) -> dict[str, Any]:
-    from bingham.cli.filtering import Filtering, fitted, note, pieces_of, renamed, rows_of
     from bingham.cli.output import Files, Sketch, draw_track, joined, write_pages, write_tum_of
-    from bingham.cli.reading import read
     from bingham.cli.report import truth_of
     from bingham.cli.summary import Summary
+    from bingham.filters.imu_check import RecordingCheck
     from bingham.recording import ImuRecording, OrientationRecording
 
-    outputs = settings.outputs
-    step("reading")
-    whole = renamed(read(path, settings.format, settings.reading), name)
-    if isinstance(whole, ImuRecording):
-        from bingham.filters.imu_check import check_recording
-
-        if settings.calibration is not None:
-            from bingham.cli.calibrate import calibrated
-
-            whole = calibrated(whole, settings.calibration)
-        for finding in check_recording(whole):
-            note(f"{name}: {finding.name}: {finding.message}")
-    _release()
-    if outputs.tum and isinstance(whole, OrientationRecording) and whole.dim != 4:
+    outputs, first = settings.outputs, source.first
+    if outputs.tum and isinstance(first, OrientationRecording) and first.dim != 4:
         raise InvalidArgumentError("--tum", "orientations in space", f"{path}, axes in the plane", "leave --tum out")
-    if (outputs.report or outputs.rerun) and isinstance(whole, OrientationRecording) and whole.dim != 4:
+    if (outputs.report or outputs.rerun) and isinstance(first, OrientationRecording) and first.dim != 4:
         raise InvalidArgumentError("--report", "orientations in space", f"{path}, axes in the plane", "leave it out")
-    check(isinstance(whole, OrientationRecording))
-    options = fitted(settings.filtering, whole)
-    compared = whole.truth is not None or (isinstance(whole, ImuRecording) and whole.reference is not None)
-    entire = outputs.tum or outputs.bag or outputs.report or options.plain or not isinstance(whole, ImuRecording)
-    thinned = 1 if compared or entire else max(1, -(-whole.size // DRAWN))
+    check(isinstance(first, OrientationRecording))
+    options = fitted(settings.filtering, first)
+    compared = source.whole is not None and (
+        first.truth is not None or (isinstance(first, ImuRecording) and first.reference is not None)
+    )
+    entire = outputs.tum or outputs.bag or outputs.report or options.plain or not isinstance(first, ImuRecording)
     keep = compared or outputs.tum or outputs.bag or outputs.figure or outputs.report or outputs.rerun
-    step("filtering")
-    filtering, summary = Filtering(options), Summary()
+    filtering, summary, checked = Filtering(options), Summary(source.usual_step), RecordingCheck()
     kept: list[Any] = []
+    sketched = Thinned(None if compared else DRAWN)
+    step("filtering")
     with Files(folder, name, outputs) as files:
-        for piece in pieces_of(whole, options):
+        for piece in in_pieces(source, options):
+            if isinstance(piece, ImuRecording):
+                piece = piece if settings.calibration is None else calibrated(piece, settings.calibration)
+                checked.add(piece)
             part, track = filtering.run(piece)
             if part is None:
                 continue
-            if keep:
-                kept.append(track if entire else Sketch.of(track, slice(-summary.samples % thinned, None, thinned)))
+            if keep and entire:
+                kept.append(track)
+            elif keep:
+                sketched.add(track.time, track.modes, track.rotation_covariance)
             files.append(part.time, track)
             summary.add(part, track)
         filtering.finish(name)
+        for finding in checked.findings():
+            note(f"{name}: {finding.name}: {finding.message}")
         step("writing")
         files.close()
     if summary.doubt:
@@ -127,33 +135,30 @@ def _track(
     row["us_per_sample"] = 1e6 * filtering.seconds / summary.samples
     row["files"] = files.names
     if keep:
-        track = joined(kept)
+        track = joined(kept) if entire else Sketch(*sketched.arrays())
         kept.clear()
-        recording = rows_of(whole, slice(whole.size - summary.samples, None, thinned))
+        recording = first
+        if source.whole is not None:
+            recording = rows_of(first, slice(first.size - summary.samples, None, 1 if entire else sketched.stride))
+        time = recording.time if entire else track.time
         truth = truth_of(recording, track.modes) if compared else None
         if truth is not None:
             row |= _errors(recording, track.modes, truth)
         if outputs.tum:
-            row["files"].append(write_tum_of(folder, recording, recording.time, track))
+            row["files"].append(write_tum_of(folder, recording, time, track))
         if outputs.bag:
             from bingham.cli.bag import write_bag
 
             topic = settings.orientation_topic
-            row["files"].append(write_bag(folder, path, name, whole.time, track, settings.reading, topic))
+            row["files"].append(write_bag(folder, path, name, first.time, track, settings.reading, topic))
         if outputs.figure:
             step("drawing")
-            row["files"].append(draw_track(folder, recording, recording.time, track, truth, outputs.figure_format))
+            row["files"].append(draw_track(folder, recording, time, track, truth, outputs.figure_format))
         if outputs.report or outputs.rerun:
             shown = {"samples": f"{row['samples']}", "duration": f"{row['duration_s']:.1f} s", "filter": row["filter"]}
             shown |= {key.replace("_", " "): f"{value:.2f}°" for key, value in row.get("error_deg", {}).items()}
-            row["files"] += write_pages(folder, recording, recording.time, track, truth, outputs, shown)
+            row["files"] += write_pages(folder, recording, time, track, truth, outputs, shown)
     return row
-
-
-def _release() -> None:
-    """Give back what the reader of text keeps for files to come: as much as the file was."""
-    if (arrow := sys.modules.get("pyarrow")) is not None:
-        arrow.default_memory_pool().release_unused()
 
 
 def _errors(recording: Any, modes: Any, truth: Any) -> dict[str, Any]:

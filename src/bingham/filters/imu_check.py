@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from bingham.recording import ImuRecording
 
-__all__ = ["Finding", "check_recording"]
+__all__ = ["Finding", "RecordingCheck", "check_recording"]
 
 FloatArray = NDArray[np.float64]
 
@@ -67,17 +67,72 @@ def check_recording(recording: ImuRecording) -> list[Finding]:
     >>> [(f.name, round(f.slope, 1)) for f in check_recording(wrong)]
     [('sign', -1.0), ('magnetometer sign', -1.0)]
     """
-    found: list[Finding] = []
-    for sensor, rows in (("", recording.accelerometer), ("magnetometer ", recording.magnetometer)):
-        finding = None if rows is None else _compare(recording, rows, sensor)
-        if finding is not None:
-            found.append(finding)
-    return found
+    check = RecordingCheck()
+    check.add(recording)
+    return check.findings()
 
 
-def _compare(recording: ImuRecording, rows: FloatArray, sensor: str) -> Finding | None:
+class RecordingCheck:
+    """`check_recording` of a recording that comes in pieces: keeps sums over windows."""
+
+    def __init__(self) -> None:
+        self._start = self._last = np.nan
+        self._turned = np.zeros(3)
+        # Of each window: its number, samples, sum of times (n, 1) and of the rotation since the start (n, 3).
+        self._windows: list[tuple[NDArray[np.int64], FloatArray, FloatArray, FloatArray]] = []
+        # Of each sensor and window: number of its samples (n, 1) and their sum (n, 3).
+        self._sensors: dict[str, list[tuple[FloatArray, FloatArray]]] = {"": [], "magnetometer ": []}
+
+    def add(self, piece: ImuRecording) -> None:
+        """Take the next piece."""
+        time = piece.time
+        if not self._windows:
+            self._start = self._last = time[0]
+        turned = piece.gyroscope * np.clip(np.diff(time, prepend=self._last), 0.0, WINDOW)[:, None]
+        turned[0] += self._turned
+        np.cumsum(turned, axis=0, out=turned)
+        self._last, self._turned = time[-1], turned[-1].copy()
+        index = np.floor((time - self._start) / WINDOW).astype(np.int64)
+        first = np.flatnonzero(np.diff(index, prepend=index[0] - 1))
+        size = np.diff(np.append(first, len(time))).astype(np.float64)[:, None]
+        sums = np.add.reduceat(time[:, None], first), np.add.reduceat(turned, first)
+        self._windows.append((index[first], size, *sums))
+        for parts, rows in zip(self._sensors.values(), (piece.accelerometer, piece.magnetometer), strict=True):
+            if rows is not None:
+                x, y, z = rows.T
+                known = ((x != 0.0) | (y != 0.0) | (z != 0.0)) & np.isfinite(x)
+                if not known.all():
+                    rows = np.where(known[:, None], rows, 0.0)
+                parts.append((np.add.reduceat(known[:, None].astype(np.float64), first), np.add.reduceat(rows, first)))
+
+    def findings(self) -> list[Finding]:
+        """Return what the sensors contradict each other in, in all pieces."""
+        found = [_compare(*self._changes(parts), sensor) for sensor, parts in self._sensors.items() if parts]
+        return [finding for finding in found if finding is not None]
+
+    def _changes(self, parts: list[tuple[FloatArray, FloatArray]]) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Return changes of the mean direction between next but one windows, directions between, rotation vectors."""
+        index = np.concatenate([part[0] for part in self._windows])
+        first = np.flatnonzero(np.diff(index, prepend=index[0] - 1))  # pieces may share a window
+        size, time, turned = (_summed([part[k] for part in self._windows], first) for k in (1, 2, 3))
+        count, total = (_summed([part[k] for part in parts], first) for k in (0, 1))
+        centre, middle, count = time[:, 0] / size[:, 0], turned / size, count[:, 0]
+        norm = np.linalg.norm(total, axis=1)
+        u = total / np.where(norm > 0.0, norm, 1.0)[:, None]
+        near = (centre[2:] - centre[:-2] < 3.0 * WINDOW) & (count[2:] > 0) & (count[:-2] > 0)
+        near &= norm[2:] * norm[:-2] > 0
+        usual_norm = norm / np.maximum(count, 1)
+        usual = float(np.median(usual_norm[count > 0])) if (count > 0).any() else 0.0
+        near &= (np.abs(usual_norm[2:] - usual) < 0.2 * usual) & (np.abs(usual_norm[:-2] - usual) < 0.2 * usual)
+        return (u[2:] - u[:-2])[near], (0.5 * (u[2:] + u[:-2]))[near], (middle[2:] - middle[:-2])[near]
+
+
+def _summed(parts: list[FloatArray], first: NDArray[np.intp]) -> FloatArray:
+    return np.add.reduceat(np.concatenate(parts), first)
+
+
+def _compare(changes: FloatArray, directions: FloatArray, turns: FloatArray, sensor: str) -> Finding | None:
     what = "magnetometer" if sensor else "accelerometer"
-    changes, directions, turns = _changes(recording.time, recording.gyroscope, rows)
     small = np.linalg.norm(turns, axis=1) < SMALL
     if np.count_nonzero(small & (np.linalg.norm(changes, axis=1) > MOVED)) >= ENOUGH:
         changes, directions, turns = changes[small], directions[small], turns[small]
@@ -105,28 +160,6 @@ def _compare(recording: ImuRecording, rows: FloatArray, sensor: str) -> Finding 
     if correlation > SCALE_CLEAR and not sensor:  # hard iron changes the field's directions, too
         return Finding(sensor + "scale", slope, f"{says}: check the scale, or the unit, of the gyroscope")
     return None
-
-
-def _changes(time: FloatArray, rate: FloatArray, rows: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return changes of the mean direction between next but one windows, directions between, rotation vectors."""
-    known = np.isfinite(rows[:, 0]) & rows.any(axis=1)
-    index = np.floor((time - time[0]) / WINDOW).astype(np.int64)
-    _, index = np.unique(index, return_inverse=True)
-    size = int(index[-1]) + 1 if len(index) else 0
-    count = np.bincount(index[known], minlength=size)
-    mean = np.stack([np.bincount(index[known], rows[known, i], minlength=size) for i in range(3)], axis=1)
-    norm = np.linalg.norm(mean, axis=1)
-    steps = np.clip(np.diff(time, prepend=time[0]), 0.0, WINDOW)
-    turned = np.cumsum(np.where(np.isfinite(rate), rate, 0.0) * steps[:, None], axis=0)
-    middle = np.stack([np.bincount(index, turned[:, i], minlength=size) for i in range(3)], axis=1)
-    middle /= np.maximum(np.bincount(index, minlength=size), 1)[:, None]
-    centre = np.bincount(index, time, minlength=size) / np.maximum(np.bincount(index, minlength=size), 1)
-    u = mean / np.where(norm > 0.0, norm, 1.0)[:, None]
-    near = (centre[2:] - centre[:-2] < 3.0 * WINDOW) & (count[2:] > 0) & (count[:-2] > 0) & (norm[2:] * norm[:-2] > 0)
-    size_usual = norm / np.maximum(count, 1)
-    usual = float(np.median(size_usual[count > 0])) if (count > 0).any() else 0.0
-    near &= (np.abs(size_usual[2:] - usual) < 0.2 * usual) & (np.abs(size_usual[:-2] - usual) < 0.2 * usual)
-    return (u[2:] - u[:-2])[near], (0.5 * (u[2:] + u[:-2]))[near], (middle[2:] - middle[:-2])[near]
 
 
 def _regress(y: FloatArray, x: FloatArray) -> tuple[float, float]:

@@ -13,6 +13,7 @@ from .kitti import read_kitti as read_kitti
 from .npz import read_npz as read_npz
 from .npz import write_npz as write_npz
 from .opensim import read_opensim as read_opensim
+from .pieces import read_pieces as read_pieces
 from .rosbag import read_rosbag as read_rosbag
 from .rosbag_orientation import RosbagOrientation as RosbagOrientation
 from .rosbag_orientation import read_rosbag_orientation as read_rosbag_orientation

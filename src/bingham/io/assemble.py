@@ -18,7 +18,16 @@ from bingham.io.checks import Place, build, build_of_units, note, repaired
 from bingham.io.clock import mended_clock
 from bingham.recording import ImuRecording, OrientationRecording
 
-__all__ = ["Stream", "carried", "inertial_recording", "orientation_recording"]
+__all__ = [
+    "Stream",
+    "carried",
+    "check_measurable",
+    "inertial_recording",
+    "orientation_recording",
+    "say_zero_rows",
+    "say_zero_samples",
+    "zero_rows",
+]
 
 FloatArray = NDArray[np.float64]
 
@@ -61,7 +70,7 @@ def inertial_recording(
     """
     gyroscope = streams["gyroscope"]
     for name, stream in streams.items():
-        _check_measurable(path, place, name, stream.values)
+        check_measurable(path, place, name, stream.values)
     aligned = {name: s.values for name, s in streams.items() if s.time is gyroscope.time} | dict(rows or {})
     own = {name: s for name, s in streams.items() if s.time is not gyroscope.time}
     time = gyroscope.time
@@ -131,7 +140,8 @@ def _through(place: Place, index: NDArray[np.intp] | None) -> Place:
     return place if index is None else lambda field, k: place(field, int(index[k]))
 
 
-def _check_measurable(path: Path, place: Place, name: str, values: FloatArray) -> None:
+def check_measurable(path: Path, place: Place, name: str, values: FloatArray) -> None:
+    """Raise an error for numbers that no sensor measures."""
     if values.size and not -MEASURABLE <= values.min() <= values.max() <= MEASURABLE:  # NaN: looked at one by one
         with np.errstate(invalid="ignore"):
             beyond = (np.abs(values) > MEASURABLE).any(axis=1)
@@ -143,33 +153,49 @@ def _check_measurable(path: Path, place: Place, name: str, values: FloatArray) -
 
 def _samples(path: Path, aligned: Mapping[str, FloatArray]) -> NDArray[np.intp] | None:
     """Return the rows that are not zero in gyroscope and accelerometer at once, None if all are samples."""
-    rate, force = aligned["gyroscope"], aligned.get("accelerometer")
-    if force is None or not (zero := rate[:, 0] == 0.0).any():
+    empty = zero_rows(aligned["gyroscope"], aligned.get("accelerometer"))
+    if empty is None:
+        return None
+    if empty.all():
+        raise RecordingError(path, "", "nothing but zeros in gyroscope and accelerometer", "record it again")
+    say_zero_rows(path, int(np.count_nonzero(empty)), len(empty))
+    return np.flatnonzero(~empty)
+
+
+def zero_rows(*sensors: FloatArray | None) -> NDArray[np.bool_] | None:
+    """Return which rows are zero in all of some sensors, which are no samples; None if none is, or a sensor absent."""
+    first = sensors[0]
+    if first is None or any(rows is None for rows in sensors) or not (zero := first[:, 0] == 0.0).any():
         return None
     at = np.flatnonzero(zero)
-    empty = np.zeros(len(rate), dtype=np.bool_)
-    empty[at] = (rate[at] == 0.0).all(axis=1) & (force[at] == 0.0).all(axis=1)
-    count = int(np.count_nonzero(empty))
-    if not count:
+    for rows in sensors:
+        at = at[(rows[at] == 0.0).all(axis=1)]  # type: ignore[index]
+    if not len(at):
         return None
-    if count == len(empty):
-        raise RecordingError(path, "", "nothing but zeros in gyroscope and accelerometer", "record it again")
-    repaired(f"{path}: {count} of {len(empty)} rows are zero in gyroscope and accelerometer: no samples, left out")
-    return np.flatnonzero(~empty)
+    empty = np.zeros(len(first), dtype=np.bool_)
+    empty[at] = True
+    return empty
+
+
+def say_zero_rows(path: Path, count: int, size: int) -> None:
+    """Say how many rows are no samples of gyroscope and accelerometer."""
+    repaired(f"{path}: {count} of {size} rows are zero in gyroscope and accelerometer: no samples, left out")
+
+
+def say_zero_samples(path: Path, name: str, count: int, size: int) -> None:
+    """Say how many rows are no samples of a sensor beside the gyroscope."""
+    repaired(f"{path}: {name}: {count} of {size} rows are zero: no samples")
 
 
 def _without_zeros(path: Path, name: str, values: FloatArray) -> dict[str, Any]:
     """Take rows of zeros of an accelerometer or magnetometer for missing ones; a sensor of nothing else for absent."""
-    if not (zero := values[:, 0] == 0.0).any():
+    empty = zero_rows(values)
+    if empty is None:
         return {}
-    empty = zero & (values == 0.0).all(axis=1)
-    count = int(np.count_nonzero(empty))
-    if not count:
-        return {}
-    if count == len(empty):
+    if empty.all():
         note(f"{path}: {name}: nothing but zeros; left out")
         return {name: None}
-    repaired(f"{path}: {name}: {count} of {len(empty)} rows are zero: no samples")
+    say_zero_samples(path, name, int(np.count_nonzero(empty)), len(empty))
     return {name: np.where(empty[:, None], np.nan, values)}
 
 

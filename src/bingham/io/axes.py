@@ -11,9 +11,10 @@ from numpy.typing import NDArray
 
 from bingham.errors import InvalidArgumentError, RecordingError
 from bingham.io.angles import AngleKind, angle_kind, recognised
+from bingham.io.careful import called
 from bingham.io.checks import normalised
 from bingham.io.layout import Layout, find_layout
-from bingham.io.table import called, read_table
+from bingham.io.table import read_table
 from bingham.io.text import opened_text
 from bingham.io.written import Written, decoded
 

@@ -13,9 +13,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bingham.errors import RecordingError
-from bingham.io.checks import Place, note, repaired
+from bingham.io.checks import HEAD, Place, note, repaired
 
-__all__ = ["Mended", "mended_clock"]
+__all__ = [
+    "DISPLACED",
+    "ENOUGH",
+    "FEW_REPEATED",
+    "FEW_STEPS",
+    "LONGEST_PAUSE",
+    "STEPS_PER",
+    "Mended",
+    "mended_clock",
+    "say_if_rounded",
+    "say_repeated",
+    "say_set_back",
+    "usual_step",
+]
 
 FloatArray = NDArray[np.float64]
 
@@ -75,7 +88,7 @@ def mended_clock(path: Path, place: Place, time: FloatArray, *, what: str = "", 
         if regularise:
             time = _regular(path, time, steps, whose)
         else:
-            _say_if_rounded(path, time, steps, whose)
+            say_if_rounded(path, time[:HEAD], whose)
     return Mended(time, rows)
 
 
@@ -93,15 +106,10 @@ def _in_order(
         return time[order], order
     if len(back) > max(FEW_STEPS, len(time) // STEPS_PER):
         return time, None
-    usual = float(np.median(steps[steps > 0]))
+    usual = usual_step(time)
     shifts = np.zeros_like(time)
     shifts[back + 1] = usual - steps[back]
-    where = place("time", int(back[0]) + 1)
-    many = f" and {len(back) - 1} times more" if len(back) > 1 else ""
-    repaired(
-        f"{path}: {where}: the clock{whose} was set back by {-steps[back[0]]:.6g} s{many}; "
-        f"bridged by the usual step of {usual:.6g} s"
-    )
+    say_set_back(path, place("time", int(back[0]) + 1), whose, len(back), float(-steps[back[0]]), usual)
     return time + np.cumsum(shifts), None
 
 
@@ -112,9 +120,7 @@ def _without_repeats(path: Path, time: FloatArray, whose: str) -> tuple[FloatArr
     if not len(repeated) or (steps < 0).any():
         return time, None
     if len(repeated) <= FEW_REPEATED * len(time):
-        repaired(
-            f"{path}: {len(repeated)} of {len(time)} time stamps{whose} repeat the one before; these rows left out"
-        )
+        say_repeated(path, whose, len(repeated), len(time))
         keep = np.concatenate([[True], steps > 0])
         return time[keep], np.flatnonzero(keep)
     first = np.flatnonzero(np.concatenate([[True], steps > 0]))
@@ -134,8 +140,27 @@ def _without_repeats(path: Path, time: FloatArray, whose: str) -> tuple[FloatArr
     return np.repeat(time[first], counts) + within * np.repeat(each, counts), None
 
 
-def _say_if_rounded(path: Path, time: FloatArray, steps: FloatArray, whose: str) -> None:
+def usual_step(time: FloatArray) -> float:
+    """Return the median of the steps forward at the beginning."""
+    steps = np.diff(time[:HEAD])
+    return float(np.median(steps[steps > 0]))
+
+
+def say_set_back(path: Path, where: str, whose: str, count: int, by: float, usual: float) -> None:
+    """Say that a clock was set back, and how it was bridged."""
+    many = f" and {count - 1} times more" if count > 1 else ""
+    bridged = f"bridged by the usual step of {usual:.6g} s"
+    repaired(f"{path}: {where}: the clock{whose} was set back by {by:.6g} s{many}; {bridged}")
+
+
+def say_repeated(path: Path, whose: str, count: int, size: int) -> None:
+    """Say how many stamps repeat the one before."""
+    repaired(f"{path}: {count} of {size} time stamps{whose} repeat the one before; these rows left out")
+
+
+def say_if_rounded(path: Path, time: FloatArray, whose: str) -> None:
     """Warn if the stamps are multiples of something coarse beside the usual step."""
+    steps = np.diff(time)
     usual = float(np.median(steps))
     if np.count_nonzero(np.abs(steps - usual) < 0.05 * usual) > 0.9 * len(steps):
         return

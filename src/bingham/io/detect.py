@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import inspect
 import warnings
-from collections.abc import Sequence
+from collections.abc import Generator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +17,7 @@ from bingham.io.text import is_utf16, opened_text
 from bingham.io.together import is_split, read_together
 from bingham.recording import ImuRecording, OrientationRecording
 
-__all__ = ["detect_format", "read_recording"]
+__all__ = ["detect_format", "read_recording", "readable"]
 
 LONGEST_SIGNATURE = 16
 
@@ -58,7 +59,7 @@ def read_recording(
     """
     several = not isinstance(path, str | Path)
     first = Path(next(iter(path))) if several else Path(path)
-    with warnings.catch_warnings(), bounded(max_size):
+    with warnings.catch_warnings(), bounded(max_size), readable(first):
         if strict:
             warnings.simplefilter("error", RepairWarning)
         try:
@@ -68,11 +69,18 @@ def read_recording(
         except RepairWarning as warning:
             said = str(warning).removeprefix(f"{first}: ")
             raise RecordingError(first, "", said, "leave strict=True out to have it put right") from None
-        except OSError as error:
-            if isinstance(error, BinghamError):
-                raise
-            hint = "check permissions, and that the disk is there"
-            raise RecordingError(error.filename or first, "", f"cannot be read: {error.strerror}", hint) from None
+
+
+@contextmanager
+def readable(path: Path) -> Generator[None]:
+    """Let what the system says of a file be an error of the recording."""
+    try:
+        yield
+    except OSError as error:
+        if isinstance(error, BinghamError):
+            raise
+        hint = "check permissions, and that the disk is there"
+        raise RecordingError(error.filename or path, "", f"cannot be read: {error.strerror}", hint) from None
 
 
 def _reader(path: Path, format: str | None, options: dict[str, Any]) -> Any:

@@ -1,0 +1,75 @@
+"""Long recordings are tracked piece by piece, to the same files as a whole."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from bingham.cli import filtering, source, tracking
+from bingham.cli.output import Outputs
+from bingham.cli.thinned import Thinned
+from bingham.io import clock, fast, pieces
+from bingham.io import table as tables
+
+
+def options():
+    return filtering.FilterOptions(0.3, 0.04, 0.999, plain=False, smooth=False)
+
+
+def recording(folder, *, unordered):
+    rng = np.random.default_rng(3)
+    t = np.arange(900) / 50
+    x = np.column_stack([t, rng.normal([0.1, 0.2, 0.3, 0, 0, 9.81, 20, 0, -40], 0.05, (900, 9))])
+    x[100:104, 1:7] = 0.0
+    x[300, 0] = x[299, 0]
+    if unordered:  # which is not to be put right piece by piece
+        x[[600, 601]] = x[[601, 600]]
+    else:
+        x[400:, 0] -= 0.4
+    file = folder / "walk.csv"
+    file.write_text("t,gx,gy,gz,ax,ay,az,mx,my,mz\n" + "".join(",".join(map(repr, r)) + "\n" for r in x.tolist()))
+    return file
+
+
+@pytest.mark.parametrize("unordered", [False, True])
+def test_pieces_make_the_files_of_the_whole(tmp_path, monkeypatch, unordered):
+    for module, name, value in ((filtering, "PIECE", 250), (tables, "FAST", 0), (fast, "BLOCK", 2_000)):
+        monkeypatch.setattr(module, name, value)
+    for module in (pieces, clock, source):
+        monkeypatch.setattr(module, "HEAD", 70)
+    file = recording(tmp_path, unordered=unordered)
+    outputs = Outputs(fields=("quaternion", "deviation", "bias", "covariance", "decision"), figure_format="svg")
+    settings = tracking.Settings(None, {}, options(), outputs)
+    whole = tracking.track_one(file, "walk", tmp_path / "whole", settings)
+    monkeypatch.setattr(source, "LONG", 0)
+    read = []
+    monkeypatch.setattr(tracking, "opened_whole", lambda *given: read.append(1) or source.opened_whole(*given))
+    parts = tracking.track_one(file, "walk", tmp_path / "parts", settings)
+    assert len(read) == unordered
+    names = ["walk.svg", "walk.track.csv", "walk.track.npz"]
+    assert sorted(path.name for path in (tmp_path / "parts").iterdir()) == names
+    for name in names[1:]:
+        assert (tmp_path / "parts" / name).read_bytes() == (tmp_path / "whole" / name).read_bytes()
+    assert sorted(parts["warnings"]) == sorted(whole["warnings"])
+    assert len(whole["warnings"]) >= 3
+    for row in (whole, parts):
+        assert sorted(Path(name).name for name in row.pop("files")) == names
+        del row["wall_s"], row["us_per_sample"], row["warnings"]
+    assert parts == whole
+
+
+@pytest.mark.parametrize("limit", [1, 3, 8, 100, None])
+def test_thinned_keeps_every_so_manieth_row(limit):
+    rng = np.random.default_rng(4)
+    for size in (1, 7, 64, 101):
+        kept = Thinned(limit)
+        done = 0
+        while done < size:
+            step = int(rng.integers(1, 12))
+            rows = np.arange(done, min(done + step, size))
+            kept.add(rows, -rows)
+            done += step
+        stride = next(2**k for k in range(20) if limit is None or len(range(0, size, 2**k)) <= limit)
+        assert kept.stride == stride
+        for rows, sign in zip(kept.arrays(), (1, -1), strict=True):
+            assert (rows == sign * np.arange(0, size, stride)).all()
