@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import sys
 from operator import index
-from typing import TYPE_CHECKING, Any, TypeGuard, TypeVar
+from typing import TYPE_CHECKING, Any, TypeGuard, TypeVar, cast
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -70,7 +70,7 @@ def as_generator(rng: Any) -> np.random.Generator:
 
 def as_array(x: ArrayLike | Rotation) -> ArrayLike:
     """Return (w, x, y, z) of a `Rotation`, anything else as it is."""
-    return x.as_quat(scalar_first=True) if is_rotation(x) else x
+    return x.as_quat(scalar_first=True) if is_rotation(x) else cast("ArrayLike", x)
 
 
 def is_rotation(x: object) -> TypeGuard[Rotation]:

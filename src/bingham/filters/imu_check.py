@@ -114,7 +114,9 @@ class RecordingCheck:
         """Return changes of the mean direction between next but one windows, directions between, rotation vectors."""
         index = np.concatenate([part[0] for part in self._windows])
         first = np.flatnonzero(np.diff(index, prepend=index[0] - 1))  # pieces may share a window
-        size, time, turned = (_summed([part[k] for part in self._windows], first) for k in (1, 2, 3))
+        size = _summed([part[1] for part in self._windows], first)
+        time = _summed([part[2] for part in self._windows], first)
+        turned = _summed([part[3] for part in self._windows], first)
         count, total = (_summed([part[k] for part in parts], first) for k in (0, 1))
         centre, middle, count = time[:, 0] / size[:, 0], turned / size, count[:, 0]
         norm = np.linalg.norm(total, axis=1)

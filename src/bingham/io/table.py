@@ -103,7 +103,7 @@ def read_table(
             gathered[k].extend(batch[k])
         for group in groups:
             gathered[group].extend_columns([batch[k] for k in group])
-    done = {k: values if isinstance(values, list) else values.finished() for k, values in gathered.items()}
+    done: dict[Any, Any] = {k: v if isinstance(v, list) else v.finished() for k, v in gathered.items()}
     columns = {k: done[k] for k in alone}
     for group in groups:
         columns |= {k: done[group][:, i] for i, k in enumerate(group)}
