@@ -13,6 +13,7 @@ from bingham.distributions.gaussian_relations import (
     trigonometric_moment,
 )
 from bingham.distributions.isotropic import fit_isotropic, isotropic_concentration
+from bingham.errors import InvalidArgumentError
 
 
 @pytest.mark.parametrize("d", [2, 3, 4, 7])
@@ -121,3 +122,42 @@ def test_trigonometric_moments_are_the_integrals(z):
     second = trigonometric_moment(own, 2).real
     assert own.axis_moments[1] == pytest.approx(0.5 * (1.0 + second), abs=1e-12)
     assert abs(own.axis_moments[1] - second) > 1e-3
+
+
+@pytest.mark.parametrize("d", [2, 3, 4])
+@pytest.mark.parametrize("c", [0.0, 1e-4, 2.0, 400.0, 1e8])
+@pytest.mark.parametrize("weighted", [False, True])
+def test_the_compiled_isotropic_fit_is_the_root_of_the_likelihood_equation(d, c, weighted):
+    rng = np.random.default_rng(d)
+    x = Bingham([*[-c] * (d - 1), 0.0], np.linalg.qr(rng.normal(size=(d, d)))[0]).rvs(300, rng=rng)
+    w = rng.uniform(size=300) if weighted else None
+    found = fit_isotropic(x, w)
+    share = np.full(300, 1.0 / 300) if w is None else w / w.sum()
+    # The spread by the samples' parts across the mode: no small difference of large numbers.
+    across = x - (x @ found.mode)[:, None] * found.mode
+    spread = share @ np.sum(across**2, axis=1)
+    assert isinstance(found.z[0], float) and -found.z[0] == pytest.approx(
+        isotropic_concentration(min(spread, 1.0 - 1.0 / d), d), rel=1e-10 if c < 1e6 else 1e-7, abs=1e-10
+    )
+    assert found.log_normalizer == pytest.approx(log_normalizer(found.z), abs=2e-12)
+    np.testing.assert_allclose(found.M.T @ found.M, np.eye(d), atol=1e-14)
+    # However the same rows are laid out, and whatever their signs.
+    signs = rng.choice([-1.0, 1.0], size=(300, 1))
+    for other in ((signs * x).tolist(), np.asfortranarray(x), np.repeat(x, 2, axis=1)[:, ::2]):
+        assert fit_isotropic(other, w).z[0] == pytest.approx(found.z[0], rel=1e-9 if c < 1e6 else 1e-7, abs=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("x", "weights", "match"),
+    [
+        ([[1.0, 0.0, 0.0], [0.0, 1.1, 0.0]], None, "row 1"),
+        ([[1.0, 0.0, 0.0], [0.0, np.nan, 0.0]], None, "NaN"),
+        ([[0.0, 0.6, 0.8]] * 4, None, "two different axes"),
+        ([[1.0, 0.0], [0.0, 1.0]], [0.0, 0.0], "weights"),
+        ([[1.0, 0.0], [0.0, 1.0]], [np.nan, 1.0], "weights"),
+        ([[1.0]], None, "shape"),
+    ],
+)
+def test_an_isotropic_fit_of_nonsense_says_so(x, weights, match):
+    with pytest.raises(InvalidArgumentError, match=match):
+        fit_isotropic(np.array(x), weights)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, Literal, cast
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from bingham.distributions.bingham import Bingham
 from bingham.distributions.normalizer import log_normalizer_derivatives
 from bingham.errors import ConvergenceError, InvalidArgumentError
+from bingham.kernels.numpy_rule import RULE_DIMENSION
 from bingham.validation import as_numbers, unit_rows
 
 if TYPE_CHECKING:
@@ -20,6 +21,8 @@ __all__ = ["fit_isotropic", "isotropic_concentration"]
 FloatArray = NDArray[np.float64]
 
 STEPS = 60
+EPS = float(np.finfo(np.float64).eps)
+NO_WEIGHTS = np.empty(0)
 
 
 def isotropic_concentration(spread: ArrayLike, d: int) -> FloatArray:
@@ -103,23 +106,52 @@ def fit_isotropic(
     >>> fit_isotropic(x).z.round(), fit_isotropic(x, method="von_mises_fisher").z.round()
     (array([-40., -40., -40.,   0.]), array([-40., -40., -40.,   0.]))
     """
-    a = unit_rows(x, None, "x")
-    if a.ndim != 2 or not len(a):
-        raise InvalidArgumentError("x", "samples as rows, shape (n, d)", a.shape)
     if method not in ("likelihood", "von_mises_fisher"):
         raise InvalidArgumentError("method", "'likelihood' or 'von_mises_fisher'", repr(method))
+    # The kernel checks lengths itself; what it does not take is checked, and said, here.
+    fast = type(x) is np.ndarray and x.dtype == np.float64 and x.flags.c_contiguous
+    a = cast(FloatArray, x) if fast else unit_rows(x, None, "x")
+    if a.ndim != 2 or not len(a) or a.shape[1] < 2:
+        raise InvalidArgumentError("x", "samples as rows, shape (n, d), d ≥ 2", a.shape)
     n, d = a.shape
-    share = np.full(n, 1.0 / n) if weights is None else as_numbers(weights, "weights")
-    if share.shape != (n,) or not np.all(share >= 0.0) or not 0.0 < share.sum() < np.inf:
-        raise InvalidArgumentError("weights", f"finite, not negative, not all 0, shape ({n},)", weights)
-    share = share / share.sum()
-    values, axes = np.linalg.eigh(a.T @ (a * share[:, None]))
-    mode, spread = axes[:, -1], float(np.maximum(values[:-1], 0.0).sum() / values.sum())
-    if not spread > 4.0 * np.finfo(np.float64).eps:
+    w = NO_WEIGHTS if weights is None else _checked_weights(weights, n)
+    if d > RULE_DIMENSION:
+        a = unit_rows(x, None, "x")
+        spread, frame = _spread(a, w if w.size else np.full(n, 1.0 / n))
+        z, log_f = np.full(d, np.nan), None
+    else:
+        from bingham.kernels.isotropic import fit_isotropic_rows
+
+        z, frame, log_f, spread = fit_isotropic_rows(a, w)
+        if spread != spread:
+            a = unit_rows(x, None, "x")
+            z, frame, log_f, spread = fit_isotropic_rows(a, w)
+    if not spread > 4.0 * EPS:
         raise InvalidArgumentError("x", "at least two different axes", f"{n} rows of one axis", "add samples")
-    c = float(isotropic_concentration(spread, d)) if method == "likelihood" else 2.0 * _fisher(a @ mode, share, d)
-    frame = np.column_stack([axes[:, :-1], mode])
-    return Bingham.from_spectrum(np.append(np.full(d - 1, -c), 0.0), np.ascontiguousarray(frame))
+    if method == "von_mises_fisher":
+        return _isotropic(2.0 * _fisher(a @ frame[:, -1], w if w.size else np.full(n, 1.0 / n), d), frame)
+    if z[0] != z[0]:
+        return _isotropic(float(isotropic_concentration(spread, d)), frame)
+    return Bingham.from_spectrum(z, frame, log_f)
+
+
+def _checked_weights(weights: ArrayLike, n: int) -> FloatArray:
+    w = as_numbers(weights, "weights")
+    if w.shape != (n,) or not np.all(w >= 0.0) or not 0.0 < w.sum() < np.inf:
+        raise InvalidArgumentError("weights", f"finite, not negative, not all 0, shape ({n},)", weights)
+    return w / w.sum()
+
+
+def _spread(a: FloatArray, w: FloatArray) -> tuple[float, FloatArray]:
+    """Return E[1 − (mᵀx)²] of samples a (n, d), and axes by columns, the mode m last."""
+    values, frame = np.linalg.eigh(a.T @ (a * w[:, None]))
+    return float(np.maximum(values[:-1], 0.0).sum() / values.sum()), frame
+
+
+def _isotropic(c: float, frame: FloatArray) -> Bingham:
+    z = np.full(len(frame), -c)
+    z[-1] = 0.0
+    return Bingham.from_spectrum(z, np.ascontiguousarray(frame))
 
 
 def _fisher(cosine: FloatArray, share: FloatArray, d: int) -> float:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,7 +16,7 @@ from bingham.rotations import conjugate
 from bingham.studies.ball_noises import BACK, DARK, INFORMED, LOGO, PROCESS, SPIN_PRIOR, turns
 from bingham.studies.ball_scores import Found
 
-__all__ = ["around", "first_order", "mixture", "second_order"]
+__all__ = ["around", "first_order", "mixture", "mixture_evidence", "second_order"]
 
 FloatArray = NDArray[np.float64]
 # Parts of the prior of the spin in which the mixture starts.
@@ -36,16 +36,27 @@ def second_order(seen: FloatArray, priors: Sequence[Bingham], types: FloatArray)
     return Found([s.orientation for s in kept], [s.spin for s in kept], [classify_spin(s.spin, types)[0] for s in kept])
 
 
-def mixture(seen: FloatArray, types: FloatArray, process: Bingham, dark_noise: Bingham) -> Found:
-    """Run the mixture of second-order filters, which starts from the published prior of the spin in parts."""
-    spin_filter = SecondOrderMixtureFilter(SecondOrderBinghamFilter(process, LOGO, noise_side="right"))
+def _steps(
+    seen: FloatArray, process: Bingham, logo: Bingham, dark_noise: Bingham
+) -> Iterator[tuple[SpinMixture, float]]:
+    """Yield states and log-evidence of the mixture of second-order filters, which starts from the published prior."""
+    spin_filter = SecondOrderMixtureFilter(SecondOrderBinghamFilter(process, logo, noise_side="right"))
     state = SpinMixture.spread(SpinState(Bingham.uniform(4), SPIN_PRIOR), HYPOTHESES)
-    kept: list[SpinMixture] = []
     for z in seen:
         state = spin_filter.predict(state)
         dark = bool(np.isnan(z).any())
-        state, _ = spin_filter.update(state, BACK if dark else z, noise=dark_noise if dark else None)
-        kept.append(state)
+        state, info = spin_filter.update(state, BACK if dark else z, noise=dark_noise if dark else None)
+        yield state, info.log_evidence
+
+
+def mixture_evidence(seen: FloatArray, process: Bingham, logo: Bingham, dark_noise: Bingham) -> float:
+    """Return the log-evidence of a flight under the mixture's filter."""
+    return sum(evidence for _, evidence in _steps(seen, process, logo, dark_noise))
+
+
+def mixture(seen: FloatArray, types: FloatArray, process: Bingham, logo: Bingham, dark_noise: Bingham) -> Found:
+    """Run the mixture of second-order filters."""
+    kept = [state for state, _ in _steps(seen, process, logo, dark_noise)]
     chosen = [int(np.argmax(s.spin.logpdf(types))) for s in kept]
     return Found([s.selected.orientation for s in kept], [s.selected.spin for s in kept], chosen)
 

@@ -8,9 +8,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from bingham.studies.ball_adapted import PUBLISHED, Noises
 from bingham.studies.ball_bingham import around, first_order, mixture, second_order
 from bingham.studies.ball_gaussian import ekf_first_order, ekf_second_order
-from bingham.studies.ball_noises import DARK, DARK_RUN, PROCESS, SPIN_PRIOR, STEADY
+from bingham.studies.ball_noises import SPIN_PRIOR
 from bingham.studies.ball_scores import score
 from bingham.studies.study import Arrays
 
@@ -20,7 +21,7 @@ FloatArray = NDArray[np.float64]
 FILTERS = (
     "bingham_second_order",
     "bingham_mixture",
-    "bingham_mixture_adapted",
+    "bingham_mixture_published",
     "bingham_oracle",
     "bingham_bank",
     "bingham_first_order",
@@ -32,19 +33,22 @@ FILTERS = (
 )
 
 
-def run_filters(flight: Arrays, kind: int, types: FloatArray, names: Sequence[str]) -> Arrays:
-    """Return the `score` of each filter on one flight, as ``quantity/filter``."""
+def run_filters(
+    flight: Arrays, kind: int, types: FloatArray, names: Sequence[str], adapted: Noises = PUBLISHED
+) -> Arrays:
+    """Return the `score` of each filter on one flight, as ``quantity/filter``; the mixture takes the adapted noises."""
     out: Arrays = {}
     for name in names:
-        scores = score(RUNNERS[name](flight["seen"], kind, types), flight, kind)
+        seen = flight["seen"]
+        found = mixture(seen, types, *adapted) if name == "bingham_mixture" else RUNNERS[name](seen, kind, types)
+        scores = score(found, flight, kind)
         out |= {f"{quantity}/{name}": values for quantity, values in scores.items()}
     return out
 
 
 RUNNERS: dict[str, Any] = {
     "bingham_second_order": lambda seen, kind, types: second_order(seen, [SPIN_PRIOR], types),
-    "bingham_mixture": lambda seen, kind, types: mixture(seen, types, PROCESS, DARK),
-    "bingham_mixture_adapted": lambda seen, kind, types: mixture(seen, types, STEADY, DARK_RUN),
+    "bingham_mixture_published": lambda seen, kind, types: mixture(seen, types, *PUBLISHED),
     "bingham_oracle": lambda seen, kind, types: second_order(seen, [around(types)[kind]], types),
     "bingham_bank": lambda seen, kind, types: second_order(seen, around(types), types),
     "bingham_first_order": lambda seen, kind, types: first_order(seen, types, False),

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from bingham.studies.ball_adapted import FLIGHTS, adapted_noises
 from bingham.studies.ball_bounce import bounce_chunk, bounce_rows
 from bingham.studies.ball_filters import FILTERS, run_filters
 from bingham.studies.ball_flights import FRAMES, SPIN_TYPES, simulate_flight
@@ -32,18 +33,23 @@ COVERAGES = {"orientation_covered": "coverage_95", "spin_covered": "spin_coverag
 PUBLISHED = {"classification_rate": 0.91, "spin_error_rad": 0.17}
 
 
-def run_chunk(level: int, seed: int, first: int, last: int) -> Arrays:
-    """Filter flights first … last − 1 at one level of logo noise: orientation and spin errors, and classifications."""
+def run_chunk(level: int, seed: int, first: int, last: int, adapted_on: int = FLIGHTS) -> Arrays:
+    """Filter flights first … last − 1 at one level of logo noise: orientation and spin errors, and classifications.
+
+    The mixture's noises are those of largest evidence on ``adapted_on`` other flights.
+    """
     parts: list[Arrays] = []
+    adapted = adapted_noises(level, LOGO_NOISES[level], seed, adapted_on)
+    concentrations = {f"adapted/{name}": noise.z[:3] for name, noise in adapted._asdict().items()}
     for run in range(first, last):
         rng = generator(seed, level, run)
         kind = run % len(SPIN_TYPES)
         flight, discarded = simulate_flight(kind, LOGO_NOISES[level], rng)
-        found = run_filters(flight, kind, SPIN_TYPES, FILTERS)
+        found = run_filters(flight, kind, SPIN_TYPES, FILTERS, adapted)
         guess = int(rng.integers(len(SPIN_TYPES)))
         found["spin_error/random_guess"] = np.full(FRAMES, _angle(SPIN_TYPES[guess], flight["spin"]))
         found["correct/random_guess"] = np.full(FRAMES, float(guess == kind))
-        parts.append(found | {"kind": np.array(kind), "discarded": np.array(discarded)})
+        parts.append(found | concentrations | {"kind": np.array(kind), "discarded": np.array(discarded)})
     return {name: np.stack([part[name] for part in parts]) for name in parts[0]}
 
 
@@ -55,7 +61,9 @@ def _chunks(runs: int, seed: int, options: Mapping[str, Any]) -> list[Chunk]:
     levels = [
         chunk
         for level in range(len(LOGO_NOISES))
-        for chunk in range_chunks(f"level{level}-", run_chunk, runs, CHUNK, level=level, seed=seed)
+        for chunk in range_chunks(
+            f"level{level}-", run_chunk, runs, CHUNK, level=level, seed=seed, adapted_on=min(runs, FLIGHTS)
+        )
     ]
     return levels + range_chunks("bounce-", bounce_chunk, runs, CHUNK, noise=LOGO_NOISES[DEFAULT], seed=seed)
 
@@ -95,6 +103,11 @@ def _summarize(runs: int, seed: int, results: Mapping[str, Arrays]) -> StudyResu
             case = f"{_case(level)}, mean of frames 1-{AFTER[-1]}"
             table.append(mean_row(case, name, "classification_rate", correct[:, : AFTER[-1]].mean(axis=1)))
             table.append(mean_row(case, name, "spin_error_rad", spin[:, : AFTER[-1]].mean(axis=1)))
+        for noise in ("process", "logo", "dark"):
+            z = found.pop(f"adapted/{noise}")[0]
+            table += [
+                Row(_case(level), "bingham_mixture", f"{noise}_z{k + 1}", float(value)) for k, value in enumerate(z)
+            ]
         if level == DEFAULT:
             table += _by_direction(found, curves["kind"])
         if level in (DEFAULT, ASSUMED):
@@ -110,7 +123,7 @@ def _by_direction(found: Arrays, kind: FloatArray) -> list[Row]:
     """Return the rows of topspin and underspin, and of sidespin, which the cameras see from its axis."""
     rows: list[Row] = []
     n = AFTER[-1] - 1
-    for name in ("bingham_second_order", "bingham_mixture_adapted", "ekf_first_order", "ekf_second_order"):
+    for name in ("bingham_second_order", "bingham_mixture", "ekf_first_order", "ekf_second_order"):
         for group, chosen in (("topspin and underspin", kind // 3 < 2), ("sidespin", kind // 3 >= 2)):
             if chosen.any():
                 case = f"{_case(DEFAULT)}, {group}, frame {n + 1}"
@@ -126,5 +139,5 @@ STUDY = Study(
     default_runs=292,
     chunks=_chunks,
     summarize=_summarize,
-    version=5,
+    version=6,
 )
