@@ -1,6 +1,6 @@
 import numpy as np
 import pytest
-from scipy.linalg import solve_discrete_lyapunov
+from scipy.linalg import solve_discrete_are, solve_discrete_lyapunov
 from scipy.stats import chi2
 
 from bingham import Bingham
@@ -34,23 +34,22 @@ def _covered(reported, actual):
 def _marginals(w, r, orientation_disturbed):
     """Return actual and reported variances, of orientation and spin, of a linear filter that keeps marginals only.
 
-    x' = x + v', v' = v + w, z = x' + noise; or, if the orientation is disturbed, x' = x + c + d with constant c and
-    d of half of w's variance, and the spin meant is c + d.
+    x' = x + v, v' = v + w, z = x' + noise; or, if the orientation is disturbed, x' = x + c + d with constant c and d of
+    half of w's variance, and the spin meant is the next c + d.
     """
     px, pv = r, w
-    for _ in range(5000):
-        s = px + pv + w + r
-        kx, kv = (s - r) / s, (pv + w) / s
-        px, pv = (1.0 - kx) * (s - r), (1.0 - kv) * (pv + w)
+    for _ in range(20_000):
+        s = px + pv + r
+        kx, kv = (px + pv) / s, pv / s
+        px, pv = (1.0 - kx) * (px + pv), (1.0 - kv) * pv + w
     f = np.array([[1.0 - kx, 1.0 - kx], [-kv, 1.0 - kv]])
     noise = r * np.outer([kx, kv], [kx, kv])
     if orientation_disturbed:
-        g, spin = np.array([1.0 - kx, -kv]), np.array([-kv, 1.0 - kv])
+        g = np.array([kx - 1.0, kv])
         p = solve_discrete_lyapunov(f, 0.5 * w * np.outer(g, g) + noise)
-        actual = p[0, 0], spin @ p @ spin + 0.5 * w * (1.0 - kv) ** 2 + r * kv**2
+        actual = p[0, 0], p[1, 1] + 0.5 * w
     else:
-        g = np.array([1.0 - kx, 1.0 - kv])
-        actual = tuple(np.diag(solve_discrete_lyapunov(f, w * np.outer(g, g) + noise)))
+        actual = tuple(np.diag(solve_discrete_lyapunov(f, noise + np.diag([0.0, w]))))
     return actual, (px, pv)
 
 
@@ -75,17 +74,43 @@ def test_filtering_a_precessing_body(result):
     assert result.value("precession", "axial_kalman", "coverage_95") < 0.1
 
 
-@pytest.mark.parametrize("level", [None, *range(len(SPIN_NOISES))])
+LEVELS = [None, *range(len(SPIN_NOISES))]
+
+
+def _case(level):
+    """Return the case's name and the variances of spin change and measurement, rad²."""
+    z = SPIN_CHANGE.z[0] if level is None else SPIN_NOISES[level]
+    case = "precession" if level is None else f"precession, spin noise {z:.0f}"
+    return case, _variance(z), _variance(NOISE.z[0])
+
+
+@pytest.mark.parametrize("level", LEVELS)
 def test_the_second_order_filter_errs_and_covers_as_marginals_of_a_linear_filter(result, level):
-    case = "precession" if level is None else f"precession, spin noise {SPIN_NOISES[level]:.0f}"
-    distribution = SPIN_CHANGE if level is None else isotropic(SPIN_NOISES[level])
-    actual, reported = _marginals(_variance(distribution.z[0]), _variance(NOISE.z[0]), level is None)
+    case, w, r = _case(level)
+    actual, reported = _marginals(w, r, level is None)
     for k, prefix in enumerate(("", "spin_")):
         rmse = result.value(case, "bingham_second_order", f"{prefix}rmse_rad")
         assert rmse == pytest.approx(np.sqrt(3.0 * actual[k]), rel=0.06)
+        ratio = result.value(case, "bingham_second_order", f"{prefix}actual_over_reported_variance")
+        assert ratio == pytest.approx(actual[k] / reported[k], rel=0.12)
         covered = result.value(case, "bingham_second_order", f"{prefix}coverage_95")
         # 200 steps are counted, neighbours a little alike: at 0.88 a standard error is about 0.03.
         assert covered == pytest.approx(_covered(reported[k], actual[k]), abs=0.07 if level == 2 else 0.045)
+
+
+@pytest.mark.parametrize("level", [0, 1, 2])
+def test_the_filter_with_the_joint_covariance_says_how_well_it_knows_both(result, level):
+    case, w, r = _case(level)
+    predicted = solve_discrete_are(np.array([[1.0, 0.0], [1.0, 1.0]]), np.array([[1.0], [0.0]]), np.diag([0, w]), [[r]])
+    best = np.diag(predicted - predicted[:, :1] @ predicted[:1] / (predicted[0, 0] + r))
+    for k, prefix in enumerate(("", "spin_")):
+        assert result.value(case, "joint", f"{prefix}rmse_rad") == pytest.approx(np.sqrt(3.0 * best[k]), rel=0.06)
+        assert 0.91 < result.value(case, "joint", f"{prefix}coverage_95") < 0.985
+        assert result.value(case, "joint", f"{prefix}actual_over_reported_variance") == pytest.approx(1.0, abs=0.12)
+        # The approximation shows: too sure of the orientation, not sure enough of the spin.
+        marginal = result.value(case, "bingham_second_order", f"{prefix}actual_over_reported_variance")
+        if level > 0:
+            assert marginal > 1.1 if k == 0 else marginal < 0.8
 
 
 def test_the_change_of_spin_is_that_of_the_truth():
@@ -98,7 +123,7 @@ def test_the_change_of_spin_is_that_of_the_truth():
 def test_bodies_obey_their_models():
     distribution = isotropic(-1e3)
     body = disturbed_spin(distribution, generator(1))
-    np.testing.assert_allclose(compose(body["spin"][1:], body["truth"][:-1]), body["truth"][1:], atol=1e-12)
+    np.testing.assert_allclose(compose(body["spin"][:-1], body["truth"][:-1]), body["truth"][1:], atol=1e-12)
     nominal = compose(body["controls"][1:], body["spin"][:-1])
     w = compose(body["spin"][1:], nominal * [1.0, -1.0, -1.0, -1.0])
     np.testing.assert_allclose(np.mean(np.sum(w[:, 1:] ** 2, axis=1)), 1.0 - distribution.axis_moments[3], rtol=0.08)
@@ -126,25 +151,41 @@ def _sure(process, measurement):
     return BinghamFilter(process if process is not NOISE else TOO_SURE, TOO_SURE)
 
 
-def test_a_filter_that_is_too_sure_covers_less(monkeypatch):
-    right = run_precession(4, 0), run_spin(4, 0, 0)
-    monkeypatch.setattr("bingham.studies.madaan2017.BinghamFilter", _sure)
+@pytest.mark.parametrize("factor", [4.0, 0.25])
+def test_a_filter_that_is_too_sure_or_too_little_is_seen(monkeypatch, factor):
+    level = 1
+    right = run_spin(4, 0, level)
+    noise = isotropic(factor * NOISE.z[0])
     monkeypatch.setattr(
         "bingham.studies.madaan2017_filters.SecondOrderBinghamFilter",
-        lambda distribution, noise, noise_side: SecondOrderBinghamFilter(
-            isotropic(4.0 * distribution.z[0]), TOO_SURE, noise_side
+        lambda distribution, _, noise_side: SecondOrderBinghamFilter(
+            isotropic(factor * distribution.z[0]), noise, noise_side
         ),
     )
-    wrong = run_precession(4, 0), run_spin(4, 0, 0)
-    # The estimates are the same, their reported variances a quarter.
-    for one, other in zip(right, wrong, strict=True):
-        assert other["rmse/bingham_second_order"] == pytest.approx(one["rmse/bingham_second_order"], rel=2e-3)
-        assert one["coverage/bingham_second_order"] > 0.88 and one["spin_coverage/bingham_second_order"] > 0.94
-        assert 0.25 < other["coverage/bingham_second_order"] < 0.6
-        # The spin's own distribution is too wide to begin with (it covers all): the filter takes it for independent.
-        assert other["spin_coverage/bingham_second_order"] < one["spin_coverage/bingham_second_order"]
-    assert wrong[0]["coverage/bingham"] == pytest.approx(_covered(0.25, 1.0), abs=0.15)
-    assert wrong[0]["coverage/axial_kalman_padded"] == right[0]["coverage/axial_kalman_padded"] > 0.88
+    wrong = run_spin(4, 0, level)
+    _, w, r = _case(level)
+    actual, reported = _marginals(w, r, False)
+    name = "bingham_second_order"
+    for k, prefix in enumerate(("", "spin_")):
+        # The estimates are the same, their reported variances are not.
+        assert wrong[f"{prefix}rmse/{name}"] == pytest.approx(right[f"{prefix}rmse/{name}"], rel=1e-2)
+        expected = actual[k] / reported[k]
+        assert right[f"{prefix}variance/{name}"] == pytest.approx(expected, rel=0.2)
+        assert wrong[f"{prefix}variance/{name}"] == pytest.approx(factor * expected, rel=0.2)
+        assert right[f"{prefix}coverage/{name}"] == pytest.approx(_covered(reported[k], actual[k]), abs=0.06)
+        covered = _covered(reported[k] / factor, actual[k])
+        assert wrong[f"{prefix}coverage/{name}"] == pytest.approx(covered, abs=0.12)
+        if factor > 1.0:
+            assert wrong[f"{prefix}coverage/{name}"] < 0.8
+    assert wrong["spin_variance/joint"] == right["spin_variance/joint"]
+
+
+def test_a_first_order_filter_that_is_too_sure_covers_less(monkeypatch):
+    right = run_precession(4, 0)
+    monkeypatch.setattr("bingham.studies.madaan2017.BinghamFilter", _sure)
+    wrong = run_precession(4, 0)
+    assert wrong["coverage/bingham"] == pytest.approx(_covered(0.25, 1.0), abs=0.15)
+    assert wrong["coverage/axial_kalman_padded"] == right["coverage/axial_kalman_padded"] > 0.88
 
 
 @pytest.fixture(scope="module")

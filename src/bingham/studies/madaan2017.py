@@ -21,7 +21,7 @@ from bingham.studies.madaan2017_bodies import (
     disturbed_spin,
     isotropic,
 )
-from bingham.studies.madaan2017_filters import kalman, scores, second_order
+from bingham.studies.madaan2017_filters import joint, kalman, scores, second_order
 from bingham.studies.study import Arrays, Chunk, Row, Study, StudyResult, generator, joined, mean_row
 
 __all__ = ["STUDY"]
@@ -31,12 +31,14 @@ FloatArray = NDArray[np.float64]
 SPIN_NOISES = (-2.5e4, -4e5, -1e7)
 # Candidates for the random walk of a recorded motion, rad/√s; the evidence of the measurements chooses.
 RANDOM_WALKS = np.geomspace(0.01, 3.0, 13)
-FILTERS = ("measured", "bingham", "axial_kalman", "axial_kalman_padded", "bingham_second_order")
+FILTERS = ("measured", "bingham", "axial_kalman", "axial_kalman_padded", "bingham_second_order", "joint")
 METRICS = {
     "rmse": "rmse_rad",
     "coverage": "coverage_95",
     "spin_rmse": "spin_rmse_rad",
     "spin_coverage": "spin_coverage_95",
+    "variance": "actual_over_reported_variance",
+    "spin_variance": "spin_actual_over_reported_variance",
 }
 
 
@@ -49,15 +51,17 @@ def run_precession(seed: int, run: int) -> Arrays:
 
     out |= kalman("axial_kalman", to_gaussian(NOISE).covariance, body)
     out |= kalman("axial_kalman_padded", NOISE.axis_moments[0] * np.eye(4), body)
-    out |= second_order(SPIN_CHANGE, body | {"controls": np.tile([1.0, 0.0, 0.0, 0.0], (len(truth), 1))})
+    unknown = body | {"controls": np.tile([1.0, 0.0, 0.0, 0.0], (len(truth), 1))}
+    out |= second_order(SPIN_CHANGE, unknown) | joint(SPIN_CHANGE, unknown)
     return out | (_curves(truth, measured, track.modes) if run == 0 else {})
 
 
 def run_spin(seed: int, run: int, level: int) -> Arrays:
-    """Filter one precession disturbed in its spin by the second-order filter, whose model is true."""
+    """Filter one precession disturbed in its spin by filters of second order, whose model is true."""
     distribution = isotropic(SPIN_NOISES[level])
     body = disturbed_spin(distribution, generator(seed, 2, level, run))
-    return scores("measured", body["truth"], body["measured"]) | second_order(distribution, body)
+    found = second_order(distribution, body) | joint(distribution, body)
+    return scores("measured", body["truth"], body["measured"]) | found
 
 
 def run_recorded(seed: int, run: int, time: FloatArray, orientation: FloatArray) -> Arrays:
@@ -127,5 +131,5 @@ STUDY = Study(
     default_runs=20,
     chunks=_chunks,
     summarize=_summarize,
-    version=2,
+    version=3,
 )
