@@ -28,6 +28,10 @@ WITHIN, LINKED = 3.0, 4.0
 # A point whose normal is farther from the plane's, rad, does not belong to it; and parallel planes that are one.
 TURNED, ALIKE = np.deg2rad(30.0), np.deg2rad(4.0)
 ROUNDS = 3
+# A place on a plane that is within so many standard deviations of another plane may hold points of either.
+EDGE = 4.0
+# Noise of the points over that of the windows they are estimated from, at most.
+WIDEST = 1.6
 NEIGHBOURS = 12
 # Standard deviation of a point across its surface is not taken for less, m.
 FINEST = 1e-3
@@ -130,7 +134,8 @@ def find_planes(
     # Noise of the inverse depth is that of the depth over its square.
     sigma[usable] = np.maximum(FINEST, level * (depth**2 if organised else 1.0))
     links = _grid_links(p.shape[:2], usable) if organised else _cloud_links(flat, usable)
-    return _search(flat, n, sigma, usable, links, p.shape[:-1], max(20, int(min_share * usable.sum())), organised, rng)
+    minimum = max(20, int(min_share * usable.sum()))
+    return _search(flat, n, sigma, noise is None, usable, links, p.shape[:-1], minimum, organised, rng)
 
 
 def _normals(p: FloatArray, usable: NDArray[np.bool_], organised: bool) -> tuple[FloatArray, FloatArray]:
@@ -159,12 +164,12 @@ def _cloud_links(flat: FloatArray, usable: NDArray[np.bool_]) -> IntArray:
 
 
 def _search(
-    flat: FloatArray, normals: FloatArray, sigma: FloatArray, usable: NDArray[np.bool_], links: IntArray,
-    shape: tuple[int, ...], minimum: int, organised: bool, rng: Any,
+    flat: FloatArray, normals: FloatArray, sigma: FloatArray, estimated: bool, usable: NDArray[np.bool_],
+    links: IntArray, shape: tuple[int, ...], minimum: int, organised: bool, rng: Any,
 ) -> PlaneSegments:  # fmt: skip
     generator = np.random.default_rng(rng)
     thetas: list[FloatArray] = []
-    label = np.full(len(flat), -1)
+    label, first = np.full(len(flat), -1), sigma
     for _ in range(PASSES):
         left = usable & (label < 0) & np.isfinite(normals).all(axis=1)
         if left.sum() < minimum:
@@ -180,7 +185,10 @@ def _search(
         for _ in range(ROUNDS):
             label = _gathered(flat, normals, sigma, usable, thetas)
             kept = [k for k in range(len(thetas)) if np.sum(label == k) >= minimum]
-            thetas = [_fit(flat[label == k], sigma[label == k], organised) for k in kept]
+            clear = [_clear(flat, sigma, label == k, k, thetas, organised, minimum) for k in kept]
+            thetas = [_fit(flat[rows], sigma[rows], organised) for rows in clear]
+            if estimated and thetas:
+                sigma = first * np.clip(_scale(flat, first, clear, thetas), 1.0, WIDEST)
         label = _connected(_gathered(flat, normals, sigma, usable, thetas), links, minimum)
     order = np.argsort([-np.sum(label == k) for k in range(len(thetas))], kind="stable")
     planes: list[Plane] = []
@@ -189,7 +197,8 @@ def _search(
         rows = label == k
         if rows.sum() >= minimum:
             final[rows] = len(planes)
-            planes.append(_plane(flat[rows], sigma[rows], thetas[k], organised))
+            clear = _clear(flat, sigma, rows, int(k), thetas, organised, minimum)
+            planes.append(_plane(flat[clear], _fit(flat[clear], sigma[clear], organised), organised, int(rows.sum())))
     return PlaneSegments(planes, final.reshape(shape))
 
 
@@ -246,6 +255,39 @@ def _fit(points: FloatArray, sigma: FloatArray, organised: bool) -> FloatArray:
     return plane
 
 
+def _scale(
+    flat: FloatArray, sigma: FloatArray, rows: list[NDArray[np.bool_]], thetas: list[FloatArray]
+) -> float:  # fmt: skip
+    """Return the standard deviation of the points from their planes over ``sigma``: the best window's is too small."""
+    off = [
+        np.abs(flat[mine] @ plane[:3] - plane[3]) / sigma[mine] for mine, plane in zip(rows, thetas, strict=True)
+    ]
+    return float(np.median(np.concatenate(off)) / 0.6745)
+
+
+def _clear(
+    flat: FloatArray, sigma: FloatArray, rows: NDArray[np.bool_], k: int, thetas: list[FloatArray], organised: bool,
+    minimum: int,
+) -> NDArray[np.bool_]:  # fmt: skip
+    """Return the rows of plane k without those where another plane is as near: along an edge, points change sides.
+
+    Asked of the place on the plane where a point would be without noise, so that the choice does not bend the fit. A
+    plane that is left with few points keeps all.
+    """
+    normal, distance = thetas[k][:3], thetas[k][3]
+    p = flat[rows]
+    place = p * (distance / (p @ normal))[:, None] if organised else p - (p @ normal - distance)[:, None] * normal
+    clear = np.ones(len(p), dtype=bool)
+    for other, plane in enumerate(thetas):
+        if other != k:
+            clear &= np.abs(place @ plane[:3] - plane[3]) > EDGE * sigma[rows]
+    if clear.sum() < max(minimum // 2, 20):
+        return rows
+    out = rows.copy()
+    out[rows] = clear
+    return out
+
+
 def _joined(
     thetas: list[FloatArray], flat: FloatArray, sigma: FloatArray, label: IntArray, fresh: list[IntArray]
 ) -> list[FloatArray]:
@@ -282,8 +324,8 @@ def _gathered(
     return label
 
 
-def _plane(points: FloatArray, sigma: FloatArray, plane: FloatArray, organised: bool) -> Plane:
-    """Return the plane with the covariance of its least-squares fit."""
+def _plane(points: FloatArray, plane: FloatArray, organised: bool, count: int) -> Plane:
+    """Return the plane of ``count`` points with the covariance of its least-squares fit to some of them."""
     residual = points @ plane[:3] - plane[3]
     if organised:
         rays = points / points[:, 2:]
@@ -313,7 +355,7 @@ def _plane(points: FloatArray, sigma: FloatArray, plane: FloatArray, organised: 
     )
     rms = float(np.sqrt(np.mean(residual**2)))
     across = np.asarray(jacobian @ covariance @ jacobian.T, dtype=np.float64)
-    return Plane(plane[:3].copy(), float(plane[3]), across, len(points), rms)
+    return Plane(plane[:3].copy(), float(plane[3]), across, count, rms)
 
 
 def _rotation(q: FloatArray, origin: FloatArray) -> FloatArray:
