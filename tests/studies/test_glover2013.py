@@ -8,6 +8,8 @@ from bingham.distributions.relations import from_gaussian, to_gaussian
 from bingham.metrics import geodesic_error
 from bingham.rotations import compose, conjugate, from_rotation_vector, rotate
 from bingham.studies import load_study
+from bingham.studies.ball_adapted import PUBLISHED, adapted_noises
+from bingham.studies.ball_bingham import mixture_evidence
 from bingham.studies.ball_bounce import bounce_chunk
 from bingham.studies.ball_filters import run_filters
 from bingham.studies.ball_flights import BOUNCE, SPIN_TYPES, VISIBLE, simulate_flight
@@ -184,7 +186,7 @@ def test_the_published_first_order_filter_has_fixed_noise(hidden):
 
 
 def test_spins_are_found_and_classified():
-    found = run_chunk(DEFAULT, 3, 0, 12)
+    found = run_chunk(DEFAULT, 3, 0, 12, adapted_on=1)
     assert found["correct/bingham_second_order"][:, 29].sum() >= 10
     assert np.median(found["spin_error/bingham_second_order"][:, 29]) < 0.17
     assert np.median(found["spin_error/random_guess"][:, 29]) > 0.5
@@ -309,7 +311,21 @@ def test_a_bounce_is_a_control():
     assert told < 0.3 < untold
 
 
-def test_the_table_states_coverage_after_each_frame():
+def test_noises_are_adapted_by_evidence_on_flights_of_their_own():
+    noise = LOGO_NOISES[DEFAULT]
+    found = adapted_noises(DEFAULT, noise, 4, 3)
+    # Four times as narrow as published, and near the truth; wobble adds to it.
+    assert np.all(found.logo.z[:2] < -80.0) and np.all(found.logo.z[:2] > -400.0)
+    assert -250.0 < found.logo.z[2] < -30.0
+    assert found.process.z[0] < 4.0 * PROCESS.z[0]
+    # On other flights, too, they are more probable than the published ones.
+    other = [simulate_flight(kind, noise, generator(4, DEFAULT, kind))[0]["seen"] for kind in (0, 5)]
+    evidence = [sum(mixture_evidence(seen, *noises) for seen in other) for noises in (found, PUBLISHED)]
+    assert evidence[0] > evidence[1] + 10.0
+
+
+def test_the_table_states_coverage_after_each_frame(monkeypatch):
+    monkeypatch.setattr("bingham.studies.glover2013_ball.adapted_noises", lambda *_: PUBLISHED)
     result = run_study(STUDY, runs=2, seed=5)
     for level in (DEFAULT, ASSUMED):
         found = run_chunk(level, 5, 0, 2)

@@ -32,6 +32,8 @@ ROUNDS = 3
 EDGE = 4.0
 # Noise of the points over that of the windows they are estimated from, at most.
 WIDEST = 1.6
+# Blocks along each side of a plane whose residuals are looked at together.
+BLOCKS = 8
 NEIGHBOURS = 12
 # Standard deviation of a point across its surface is not taken for less, m.
 FINEST = 1e-3
@@ -259,9 +261,7 @@ def _scale(
     flat: FloatArray, sigma: FloatArray, rows: list[NDArray[np.bool_]], thetas: list[FloatArray]
 ) -> float:  # fmt: skip
     """Return the standard deviation of the points from their planes over ``sigma``: the best window's is too small."""
-    off = [
-        np.abs(flat[mine] @ plane[:3] - plane[3]) / sigma[mine] for mine, plane in zip(rows, thetas, strict=True)
-    ]
+    off = [np.abs(flat[mine] @ plane[:3] - plane[3]) / sigma[mine] for mine, plane in zip(rows, thetas, strict=True)]
     return float(np.median(np.concatenate(off)) / 0.6745)
 
 
@@ -331,7 +331,7 @@ def _plane(points: FloatArray, plane: FloatArray, organised: bool, count: int) -
         rays = points / points[:, 2:]
         theta = -plane[:3] / -plane[3]
         left = 1.0 / points[:, 2] - rays @ theta
-        covariance = float(left @ left) / max(len(points) - 3, 1) * np.linalg.inv(rays.T @ rays)
+        covariance = _fit_covariance(rays, left, rays[:, :2])
 
         def group(t: FloatArray) -> FloatArray:
             size = np.linalg.norm(t)
@@ -341,8 +341,7 @@ def _plane(points: FloatArray, plane: FloatArray, organised: bool, count: int) -
         # (e₁, e₂, δ): two small rotations of the normal and the distance.
         u = np.linalg.svd(plane[None, :3])[2][1:]
         design = np.column_stack([points @ u.T, -np.ones(len(points))])
-        variance = float(residual @ residual) / max(len(points) - 3, 1)
-        covariance = variance * np.linalg.inv(design.T @ design)
+        covariance = _fit_covariance(design, residual, design[:, :2])
         theta = np.array([0.0, 0.0, plane[3]])
 
         def group(t: FloatArray) -> FloatArray:
@@ -356,6 +355,23 @@ def _plane(points: FloatArray, plane: FloatArray, organised: bool, count: int) -
     rms = float(np.sqrt(np.mean(residual**2)))
     across = np.asarray(jacobian @ covariance @ jacobian.T, dtype=np.float64)
     return Plane(plane[:3].copy(), float(plane[3]), across, count, rms)
+
+
+def _fit_covariance(design: FloatArray, residual: FloatArray, place: FloatArray) -> FloatArray:
+    """Return the covariance of a least-squares fit whose residuals may go together where places (n, 2) are near.
+
+    That of independent residuals, s² (XᵀX)⁻¹, times what sums over blocks of places show them to be short of (never
+    less than 1): neighbours err together where a sensor rounds, where a surface is bent, or where two are taken for one.
+    """
+    information = design.T @ design
+    variance = float(residual @ residual) / max(len(residual) - 3, 1)
+    low, high = place.min(axis=0), place.max(axis=0)
+    cell = np.minimum((BLOCKS * (place - low) / np.maximum(high - low, 1e-12)).astype(np.int64), BLOCKS - 1)
+    block = cell @ [BLOCKS, 1]
+    sums = np.stack([np.bincount(block, x, BLOCKS**2) for x in (design * residual[:, None]).T], axis=1)
+    # Σ over blocks of gᵀ (XᵀX)⁻¹ g is s² times the number of parameters where residuals are independent.
+    excess = float(np.sum(sums * np.linalg.solve(information, sums.T).T)) / (variance * design.shape[1] + 1e-300)
+    return max(excess, 1.0) * variance * np.linalg.inv(information)
 
 
 def _rotation(q: FloatArray, origin: FloatArray) -> FloatArray:
