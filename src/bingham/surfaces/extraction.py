@@ -361,7 +361,7 @@ def _fit_covariance(design: FloatArray, residual: FloatArray, place: FloatArray)
     """Return the covariance of a least-squares fit whose residuals may go together where places (n, 2) are near.
 
     That of independent residuals, s² (XᵀX)⁻¹, times what sums over blocks of places show them to be short of (never
-    less than 1): neighbours err together where a sensor rounds, where a surface is bent, or where two are taken for one.
+    less than 1): neighbours err together where a sensor rounds, where a surface is bent, or where two pass for one.
     """
     information = design.T @ design
     variance = float(residual @ residual) / max(len(residual) - 3, 1)
