@@ -297,3 +297,29 @@ def test_mutated_text_never_ends_in_another_error(tmp_path, seed):
                     read(file)
                 except BinghamError as error:
                     assert len(str(error)) < 3000
+
+
+@pytest.mark.parametrize(
+    ("program", "words"),
+    [
+        ("import os, signal; input(); os.kill(os.getpid(), signal.SIGSEGV)", "ended the reader, code -11"),
+        ("import time; input(); time.sleep(60)", "does not end"),
+        ('print(\'{"name": "imu_gyr", "dtype": "<f8", "shape": [9]}\')', "ended the reader"),
+    ],
+    ids=["crash", "circle", "cut off"],
+)
+def test_a_file_that_ends_its_reader_is_one_error_and_the_next_one_is_read(tmp_path, monkeypatch, program, words):
+    from bingham.io import hdf5 as reader
+    from bingham.io import read_broad
+
+    file = hdf5(tmp_path, lambda *_: None)
+    monkeypatch.setattr(reader, "_reader", reader._Reader())
+    (tmp_path / "program.py").write_text(program)
+    with monkeypatch.context() as patch:
+        patch.setattr(reader, "PROGRAM", tmp_path / "program.py")
+        patch.setattr(reader, "PATIENCE", 2.0)
+        with pytest.raises(RecordingError, match=words) as caught:
+            read_broad(file)
+        assert "\n" not in str(caught.value)
+    assert len(read_broad(file).gyroscope) == N
+    assert reader._reader.stop() == 0

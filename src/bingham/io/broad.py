@@ -11,10 +11,9 @@ from typing import Any
 
 import numpy as np
 
-from bingham.errors import RecordingError
-from bingham.io.bounds import check_size
-from bingham.io.checks import damaged, existing, optional_module
+from bingham.io.checks import existing
 from bingham.io.fields import Fields
+from bingham.io.hdf5 import read_hdf5
 from bingham.io.mat5 import read_mat5
 from bingham.io.registry import Format
 from bingham.recording import ImuRecording
@@ -65,38 +64,10 @@ def read_broad(path: str | Path) -> ImuRecording:
 
 
 def _read_hdf5(path: Path) -> Mapping[str, Any]:
-    h5py = optional_module("h5py", "reading HDF5 files")
-    try:
-        with h5py.File(path, "r", locking=False) as file:
-            content = {name: np.asarray(value) for name, value in file.attrs.items() if name in FIELDS}
-            for name in FIELDS:
-                if (link := file.get(name, getlink=True)) is not None:
-                    content[name] = _dataset(path, name, link, file, h5py)
-    except RecordingError:
-        raise
-    except Exception as error:  # h5py raises whatever its parser stumbles over
-        raise damaged(path, "HDF5 file", error) from error
+    content = read_hdf5(path, FIELDS)
     if path.suffix == ".mat":  # MATLAB stores arrays column by column
         content = {name: value.T for name, value in content.items()}
     return content
-
-
-def _dataset(path: Path, name: str, link: Any, file: Any, h5py: Any) -> Any:
-    """Return a data set that lies in the file itself and is no larger than plausible."""
-    place = f"field {name}"
-    if not isinstance(link, h5py.HardLink):
-        raise RecordingError(
-            path, place, "links elsewhere, not necessarily into this file", "give the file with the data"
-        )
-    data = file[name]
-    if not isinstance(data, h5py.Dataset):
-        raise RecordingError(path, place, "is no array", "numbers are expected")
-    if data.external or data.is_virtual:
-        raise RecordingError(path, place, "keeps its numbers in another file", "give a file that holds its data")
-    if data.dtype.kind not in "biuf":
-        raise RecordingError(path, place, f"of type {data.dtype}", "numbers are expected")
-    check_size(path, place, float(np.prod(data.shape, dtype=np.float64)) * max(8, data.dtype.itemsize))
-    return np.asarray(data)
 
 
 FORMAT = Format(
