@@ -15,8 +15,9 @@ __all__ = [
     "RepairWarning",
 ]
 
-# Characters of a value in a message, of a text there (it may hold a path), and numbers of an array.
-LONGEST, LONGEST_TEXT, FIRST = 100, 400, 4
+# Characters of a value in a message, of a text there (it may hold a path), of a part of a
+# message about a file, and numbers of an array.
+LONGEST, LONGEST_TEXT, LONGEST_LINE, FIRST = 100, 400, 600, 4
 
 
 class AccuracyWarning(UserWarning):
@@ -122,6 +123,7 @@ class RecordingError(BinghamError, ValueError):
     """
 
     def __init__(self, path: Any, place: str, problem: str, hint: str = "") -> None:
+        place, problem, hint = map(one_line, (place, problem, hint))  # names from files may hold anything
         super().__init__(problem, argument=str(path), place=place, got=problem, hint=hint)
         self.path, self.problem = str(path), problem
 
@@ -147,6 +149,14 @@ def _brief(value: Any) -> str:
     if isinstance(value, str):
         return f"{text[:LONGEST_TEXT]}…"
     return f"{text[:LONGEST]}…" if isinstance(value, (list, tuple, dict, int)) else f"a {type(value).__name__}"
+
+
+def one_line(text: str) -> str:
+    """Return a text as one line of bounded length; unchanged if it is one."""
+    if len(text) <= LONGEST_LINE and len(text.splitlines()) < 2:
+        return text
+    text = " ".join(text.split())
+    return text if len(text) <= LONGEST_LINE else f"{text[:LONGEST_LINE]}…"
 
 
 def _rebuilt(kind: type[BinghamError], args: tuple[Any, ...]) -> BinghamError:

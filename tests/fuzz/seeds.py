@@ -2,6 +2,7 @@
 
 import io
 import json
+import zipfile
 from pathlib import Path
 
 import numpy as np
@@ -78,6 +79,10 @@ def make(folder: Path) -> dict[str, list[Path]]:
         content = io.BytesIO()
         save(content)
         add(kind, "points", content.getvalue())
+    for path in list(found["npz"]):
+        with zipfile.ZipFile(path) as archive:
+            parts = [name.removesuffix(".npy").encode() + b"\0" + archive.read(name) for name in archive.namelist()]
+        add("arrays", path.stem, b"@@@".join(parts))
     _matlab(add, imu)
     _bags(folder, found, imu)
     _commands(add, found)

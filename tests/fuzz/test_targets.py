@@ -17,6 +17,7 @@ BROKE = [
     ("text", b"#\r3\r5*16,[,ax,,#\xb5E\x081\n\n"),
     ("together", b"seconds\n0.0\n0.1\n0.2\n@@@time,z,y,x\n1,0,0,0\n2,0,0,0\n3,0,0,0\n"),
     ("together", b"z,y,x\n0.1,0.1,0.2\n0.1,0.1,0.2\n0.1,0.1,0.2\n@@@time,z,y,x\n1,0,0,0\n2,0,0,0\n3,0,0,0\n"),
+    ("arrays", b"name of\n\n\n\n\nlines\0" + b"x" * 9),
     ("stream", b"acc 1000 0 0 9.81\ngyr 1000 0 0 0\n"
      + b"".join(b"acc 0.%02d 0 0 9.81\n" % k for k in range(12)) + b"gyr 0.12 0.1 0 0\ngyr 0.13 0.1 0 0\n"),
 ]  # fmt: skip

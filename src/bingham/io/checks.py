@@ -11,7 +11,14 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from bingham.errors import InvalidArgumentError, MissingExtraError, RecordingError, RecordingWarning, RepairWarning
+from bingham.errors import (
+    InvalidArgumentError,
+    MissingExtraError,
+    RecordingError,
+    RecordingWarning,
+    RepairWarning,
+    one_line,
+)
 from bingham.recording import (
     LONG_GYROSCOPE_STEP,
     NEVER_SECONDS,
@@ -54,12 +61,12 @@ DOUBLE_ROUNDING = 1e-12
 
 def note(message: str) -> None:
     """Warn the user about a recording."""
-    warnings.warn(message, RecordingWarning, stacklevel=3)
+    warnings.warn(one_line(message), RecordingWarning, stacklevel=3)
 
 
 def repaired(message: str) -> None:
     """Warn the user that something in a recording was put right; an error where the caller wants none of that."""
-    warnings.warn(message, RepairWarning, stacklevel=3)
+    warnings.warn(one_line(message), RepairWarning, stacklevel=3)
 
 
 def existing(path: str | Path, *, folder: bool = False) -> Path:
