@@ -213,7 +213,7 @@ def control(tried):
     problem = tried.strike(2, 0, int(signal.SIGTERM), True)
     atomic._put = right
     print(f"control: {problem[:80] or 'not found out'}")
-    return "partly old" in problem
+    return "'old'" in problem and "'new'" in problem
 
 
 def main():

@@ -61,7 +61,7 @@ def broad(content):
 
 
 def _archive(content):
-    """Write an archive with members NAME, zero byte, content, parted by @@@: no checksum stops what is changed in them."""
+    """Write an archive of members NAME, zero byte, content, parted by @@@: no checksum stops what is changed."""
     path = PLACE / "input.npz"
     with zipfile.ZipFile(path, "w") as archive:
         for k, part in enumerate(content.split(b"@@@")):
