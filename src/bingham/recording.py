@@ -13,10 +13,21 @@ from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from scipy.spatial.transform import Rotation
 
 from bingham.errors import InvalidArgumentError, RecordingWarning
+from bingham.validation import as_array, as_numbers, described
 
-__all__ = ["Doubt", "ImuRecording", "OrientationRecording", "RowError", "amended", "as_seconds", "doubts"]
+__all__ = [
+    "Doubt",
+    "ImuRecording",
+    "OrientationRecording",
+    "RowError",
+    "amended",
+    "as_seconds",
+    "doubts",
+    "with_covariance",
+]
 
 # Rows further from unit length than float32 rounding explains are not orientations.
 UNIT_TOLERANCE = 1e-6
@@ -160,6 +171,12 @@ class OrientationRecording:
             variances = np.einsum("nii->ni", covariance)
             if (wrong := (variances <= 0.0).any(axis=1)).any():
                 raise RowError("covariance", int(np.argmax(wrong)), "positive variances", "zero or less")
+            known = np.where(np.isfinite(flat[:, :1, None]), covariance, np.eye(3))
+            lopsided = np.abs(known - np.swapaxes(known, 1, 2)).max(axis=(1, 2)) > 1e-6 * np.einsum("nii->n", known)
+            if lopsided.any():
+                raise RowError("covariance", int(np.argmax(lopsided)), "symmetric matrices", "one that is not")
+            if (wrong := np.linalg.eigvalsh(known)[:, 0] <= 0.0).any():
+                raise RowError("covariance", int(np.argmax(wrong)), "positive definite matrices", "one that is not")
             _store(self, covariance=covariance)
 
     @property
@@ -208,6 +225,10 @@ class ImuRecording:
         Samples that count in an error; without it all that have a reference do.
     truth : OrientationRecording, optional
         Ground truth that has its own clock (same zero of time).
+    orientations : OrientationRecording or tuple, optional
+        Orientations measured beside the gyroscope at times of their own (same zero of time), by a camera, motion capture
+        or a star tracker; a tuple is ``(time, quaternions)`` or ``(time, quaternions, covariance, frame)`` with
+        covariances (3, 3) or (M, 3, 3), rad², about the axes of ``frame``, "body" or "world".
     earth_frame : str
         World axes of the reference: "ENU" (east, north, up), "NED" or "NWU".
 
@@ -238,6 +259,7 @@ class ImuRecording:
     score: NDArray[np.bool_] | None = None
     truth: OrientationRecording | None = None
     earth_frame: str = "ENU"
+    orientations: OrientationRecording | None = None
 
     def __post_init__(self) -> None:
         time = _times(self.time, LONG_GYROSCOPE_STEP)
@@ -255,6 +277,8 @@ class ImuRecording:
             reference = _rows("reference", self.reference, size, 4)
             _unit("reference", reference)
             _store(self, reference=reference)
+        if self.orientations is not None:
+            _store(self, orientations=_beside(self.orientations, time))
         if self.earth_frame not in ("ENU", "NED", "NWU"):
             raise InvalidArgumentError("earth_frame", "'ENU', 'NED' or 'NWU'", repr(self.earth_frame))
         step = _usual_step(self)
@@ -292,6 +316,58 @@ def amended(recording: Recording, **fields: Any) -> Recording:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", RecordingWarning)
         return replace(recording, **fields)
+
+
+def _beside(given: Any, time: NDArray[np.float64]) -> OrientationRecording:
+    """Return orientations measured beside a gyroscope of these times as a recording."""
+    name = "orientations"
+    if isinstance(given, (tuple, list)):
+        given = _of_parts(*given)
+    if not isinstance(given, OrientationRecording):
+        hint = "a tuple (time, quaternions, covariance, frame), or OrientationRecording(name, time, orientation, ...)"
+        raise InvalidArgumentError(name, "an OrientationRecording", described(given), hint)
+    if given.dim != 4:
+        raise InvalidArgumentError(name, "quaternions, shape (M, 4)", f"shape {given.orientation.shape}")
+    if given.time[-1] < time[0] or given.time[0] > time[-1]:
+        got = f"{given.time[0]:.6g} to {given.time[-1]:.6g} s"
+        hint = "both clocks need the same zero and unit"
+        raise InvalidArgumentError(
+            name, f"times between {time[0]:.6g} and {time[-1]:.6g} s, the gyroscope's", got, hint
+        )
+    return given
+
+
+def _of_parts(*parts: Any) -> OrientationRecording:
+    """Make a recording of (time, quaternions[, covariance, frame])."""
+    if len(parts) not in (2, 4):
+        hint = "covariances need the axes they are about: 'body' or 'world'" if len(parts) == 3 else ""
+        got = f"{len(parts)} parts"
+        raise InvalidArgumentError(
+            "orientations", "(time, quaternions) or (time, quaternions, covariance, frame)", got, hint
+        )
+    time, orientation = parts[:2]
+    recording = OrientationRecording("orientations", time, as_array(orientation))  # type: ignore[arg-type]
+    if len(parts) == 2:
+        return recording
+    return with_covariance(recording, parts[2], parts[3], "orientations")
+
+
+def with_covariance(
+    recording: OrientationRecording, covariance: ArrayLike, frame: str, argument: str = "covariance"
+) -> OrientationRecording:
+    """Return a recording of rotations with covariances (3, 3) or (N, 3, 3), rad², about the axes of `frame`."""
+    if frame not in ("body", "world"):
+        raise InvalidArgumentError("frame", "'body' or 'world'", repr(frame), "name the axes of the small rotation")
+    size = recording.size
+    c = as_numbers(covariance, argument)
+    if c.shape not in ((3, 3), (size, 3, 3)):
+        hint = "for the same deviation σ about all axes: σ**2 * np.eye(3)" if c.ndim < 2 else ""
+        raise InvalidArgumentError(argument, f"covariances (3, 3) or ({size}, 3, 3), rad²", f"shape {c.shape}", hint)
+    c = np.broadcast_to(c, (size, 3, 3))
+    if frame == "body":
+        r = Rotation.from_quat(recording.orientation, scalar_first=True).as_matrix()
+        c = r @ c @ np.swapaxes(r, -1, -2)
+    return replace(recording, covariance=c)
 
 
 class Doubt(NamedTuple):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import warnings
 from dataclasses import dataclass, fields
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -13,8 +14,9 @@ from bingham.distributions.bingham import Bingham
 from bingham.errors import InvalidArgumentError, RecordingWarning
 from bingham.filters.imu_state import TOLD, ImuState
 from bingham.filters.imu_track import ImuTrack
-from bingham.filters.tangent import covariance_of_distribution
-from bingham.kernels.imu_loop import MAXIMAL_FORCE, TRACK, UPDATE
+from bingham.filters.orientation_log import OrientationLog
+from bingham.filters.tangent import covariance_of_distribution, distribution_of_covariance
+from bingham.kernels.imu_loop import MAXIMAL_FORCE, SEEN, TRACK, UPDATE
 from bingham.kernels.imu_loop import run as run_kernel
 from bingham.kernels.imu_loop import smooth as smooth_kernel
 from bingham.kernels.imu_model import FIRST_SWING, FIRST_TILT, SWING_PERIOD, WORK
@@ -25,6 +27,7 @@ __all__ = ["ImuFilter"]
 
 FloatArray = NDArray[np.float64]
 
+KEPT_APART = 0.1  # rad²: variance of the heading at the start above which only the drift since then is of use
 FREE_FALL = "zeros are free fall, which shows no up: leave it out, as NaN in a recording, if it is no sample"
 
 
@@ -92,6 +95,8 @@ class ImuFilter:
         reported, not the estimate. 0 for simulated sensors.
     gyroscope_range : float
         Largest rate that the gyroscope measures, rad/s; 0: found where its samples have flat tops.
+    orientation_error : float
+        Standard deviation about each axis, rad, of orientations beside the gyroscope that bring no covariance.
 
     Examples
     --------
@@ -133,6 +138,7 @@ class ImuFilter:
     gyroscope_delay: float = 0.002
     alignment_error: float = math.radians(0.12)
     gyroscope_range: float = 0.0
+    orientation_error: float = math.radians(2.0)
 
     def __post_init__(self) -> None:
         for field in fields(self):
@@ -194,6 +200,34 @@ class ImuFilter:
         p = record["covariance"]
         p[:3, :3] = covariance_of_distribution(seen)
         p[range(3, 6), range(3, 6)] = swing2
+        # What is not known of the heading whatever the tilt: nothing but a sensor of the heading will change it.
+        apart = p[2, 2] - p[2, :2] @ np.linalg.solve(p[:2, :2], p[:2, 2])
+        record["unknown_heading"] = apart
+        p[2, 2] -= apart
+        return state
+
+    def start_seen(self, orientation: ArrayLike, covariance: ArrayLike, prior: Bingham | None = None) -> ImuState:
+        """Return the state after a first orientation where there is no accelerometer: the prior times its likelihood.
+
+        Parameters
+        ----------
+        orientation : (4,) array_like
+            Unit quaternion (w, x, y, z), body to world.
+        covariance : (3, 3) array_like
+            Of a small rotation about the axes of the world, rad².
+        prior : Bingham, optional
+            Distribution of the orientation before; uniform unless given.
+        """
+        check_start(prior, None)
+        state = self.blank()
+        record = state.record
+        record["phase"], record["orientation"] = -2, orientation
+        record["covariance"][:3, :3] = covariance
+        if prior is not None:
+            seen = prior.multiply(distribution_of_covariance(record["orientation"], record["covariance"][:3, :3]))
+            record["orientation"], record["covariance"][:3, :3] = seen.mode, covariance_of_distribution(seen)
+        record["covariance"][range(3, 6), range(3, 6)] = 1.0
+        record["covariance"][range(6, 9), range(6, 9)] = self.gyroscope_wide_bias**2
         return state
 
     def blank(self) -> ImuState:
@@ -201,7 +235,7 @@ class ImuFilter:
         state = ImuState.zeros()
         record = state.record
         record["last"] = np.nan
-        record["noise"] = record["level"] = 1.0
+        record["noise"] = record["seen_noise"] = record["level"] = 1.0
         record["range"] = 0.99 * self.gyroscope_range
         p = record["covariance"]
         p[range(6, 9), range(6, 9)] = self.gyroscope_bias**2
@@ -214,7 +248,8 @@ class ImuFilter:
         Parameters
         ----------
         recording : ImuRecording
-            With accelerometer; without magnetometer the heading is relative to the prior and its variance grows.
+            With accelerometer or `orientations`; without magnetometer and orientations the heading is relative to the
+            prior and its variance grows.
         prior : Bingham, optional
             Distribution of the orientation before the first accelerometer sample; uniform unless given.
         state : ImuState, optional
@@ -228,8 +263,13 @@ class ImuFilter:
         Raises
         ------
         InvalidArgumentError
-            If there is no accelerometer sample to start with, the first one is zero (free fall shows no up; later zeros
-            are taken as they are), or both `prior` and `state` are given.
+            If there is no accelerometer sample and no orientation to start with, the first one is zero (free fall shows
+            no up; later zeros are taken as they are), or both `prior` and `state` are given.
+
+        Warns
+        -----
+        RecordingWarning
+            If samples are none, and if most orientations are rejected.
         """
         return self._run(recording, prior, state, smooth=False)
 
@@ -258,11 +298,15 @@ class ImuFilter:
             state = state.copy()
         else:
             state = self.blank()
+        seen = self._orientations(recording, state)
         if state.record["phase"] == 0:
-            state.begin(self.start(_first(force), prior))
+            state.begin(self._start(recording, seen, prior))
+            if smooth and (field is not None or len(seen)):  # the smoother hands the heading back to the start
+                state.record["covariance"][2, 2] += state.record["unknown_heading"]
+                state.record["unknown_heading"] = 0.0
         before = state.faults
         n = recording.size
-        updates = min(n, 1 + math.ceil(recording.duration_s / self.update_interval)) if smooth else 0
+        updates = min(n, 1 + math.ceil(recording.duration_s / self.update_interval)) + 2 * len(seen) if smooth else 0
         kept, out = np.zeros(updates, dtype=UPDATE), np.zeros(n, dtype=TRACK)
         for name in ("mode", "covariance", "statistic"):
             out[name] = np.nan
@@ -275,12 +319,18 @@ class ImuFilter:
             np.array(recording.gyroscope),
             none if force is None else np.array(force),
             none if field is None else np.array(field),
+            seen,
             out,
             kept,
         )
         if smooth and count:
             smooth_kernel(kept[:count], out)
         warn_of_faults(recording.name, {name: n - before[name] for name, n in state.faults.items()})
+        log = None if recording.orientations is None else OrientationLog.of(seen)
+        if log is not None:
+            log.warn(recording.name)
+        drift = out["covariance"][:, 2, 2] - out["unknown_heading"]
+        apart = out["unknown_heading"] > KEPT_APART
         return ImuTrack(
             time=recording.time,
             modes=out["mode"].copy(),
@@ -294,7 +344,36 @@ class ImuFilter:
             final=state,
             smoothed=smooth,
             prior=prior,
+            relative_heading_std=np.where(apart, np.sqrt(np.maximum(drift, 0.0)), np.nan),
+            orientations=log,
         )
+
+    def _orientations(self, recording: ImuRecording, state: ImuState) -> NDArray[Any]:
+        """Return the orientations that are for this recording: after those that the state has taken, before its end."""
+        given = recording.orientations
+        if given is None:
+            return np.zeros(0, dtype=SEEN)
+        last = state.record["last"][3]
+        taken = given.time <= recording.time[-1]
+        if np.isfinite(last):
+            taken &= given.time > last
+        seen = np.zeros(int(taken.sum()), dtype=SEEN)
+        seen["time"], seen["orientation"] = given.time[taken], given.orientation[taken]
+        seen["covariance"] = self.orientation_error**2 * np.eye(3)
+        if given.covariance is not None:
+            own = given.covariance[taken]
+            known = np.isfinite(own[:, 0, 0])
+            seen["covariance"][known] = own[known]
+        seen["nis"] = seen["evidence"] = np.nan
+        return seen
+
+    def _start(self, recording: ImuRecording, seen: NDArray[Any], prior: Bingham | None) -> ImuState:
+        """Return the state that the first accelerometer sample, or without any the first orientation, makes."""
+        force = recording.accelerometer
+        later = seen[seen["time"] >= recording.time[0]]
+        if len(later) and (force is None or not np.isfinite(force[:, 0]).any()):
+            return self.start_seen(later["orientation"][0], later["covariance"][0], prior)
+        return self.start(_first(force), prior)
 
 
 MAY_BE_ZERO = {

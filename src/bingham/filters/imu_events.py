@@ -3,28 +3,50 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from typing import Literal
+from collections.abc import Callable, Sequence
+from typing import Any, Literal
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
+from scipy.spatial.transform import Rotation
 
 from bingham.distributions.bingham import Bingham
 from bingham.distributions.uncertainty import frame_required
 from bingham.errors import InvalidArgumentError
-from bingham.filters.imu import ImuFilter, check_start
+from bingham.filters.imu import KEPT_APART, ImuFilter, check_start
 from bingham.filters.imu_state import ImuState
 from bingham.filters.imu_track import MAGNETOMETER_CODES, UNIFORM_INCLINATION, UNIFORM_VARIANCE, bounded
+from bingham.filters.orientation_log import ORIENTATION_CODES
 from bingham.filters.tangent import distribution_of_covariance
 from bingham.kernels.imu_loop import MAXIMAL_FORCE, accelerate, due, magnetize, readout, rotate
-from bingham.kernels.imu_model import WORK, update
+from bingham.kernels.imu_model import WORK
+from bingham.kernels.imu_orientation import advance, flush, observe, passed
+from bingham.recording import OrientationRecording, with_covariance
 from bingham.rotations import rotate as rotate_vectors
+from bingham.validation import unit_row
 
 __all__ = ["ImuStream"]
 
 FloatArray = NDArray[np.float64]
 
-GYROSCOPE, ACCELEROMETER, MAGNETOMETER = 0, 1, 2
+GYROSCOPE, ACCELEROMETER, MAGNETOMETER, ORIENTATION = range(4)
+
+
+class Reading(np.ndarray[Any, np.dtype[np.float64]]):
+    """The estimated quaternion, an array; called, it takes a measured one: `ImuStream.orientation`."""
+
+    measured: Callable[..., None]
+
+    def __call__(self, *arguments: Any, **keywords: Any) -> None:
+        """Take an orientation measured beside the gyroscope."""
+        self.measured(*arguments, **keywords)
+
+    def __array_wrap__(self, array: Any, context: Any = None, return_scalar: bool = False) -> Any:
+        """Return what is computed from it as a plain array."""
+        return array[()] if return_scalar else np.asarray(array)
+
+    def __repr__(self) -> str:
+        return repr(np.asarray(self))
 
 
 class ImuStream:
@@ -32,7 +54,7 @@ class ImuStream:
 
     Samples of one sensor come in the order of their times; sensors may have any rates of their own, miss samples and be
     late by a fraction of `update_interval` against each other. Samples of equal time are given in the order gyroscope,
-    accelerometer, magnetometer; then the estimates equal those of `ImuFilter.run` bit for bit.
+    accelerometer, magnetometer, orientation; then the estimates equal those of `ImuFilter.run` bit for bit.
 
     Parameters
     ----------
@@ -80,9 +102,10 @@ class ImuStream:
         self._step(GYROSCOPE, time)
         s, par = self._record, self._parameters
         if due(s, par):
-            update(s, par, self._work)
-            self._log_evidence += float(s["evidence"])
+            self._log_evidence += float(advance(s, par, self._work))
         rotate(s, par, self._work, time, x, y, z)
+        if s["seen"] > 0 and passed(s):
+            self._log_evidence += float(advance(s, par, self._work))
 
     def accelerometer(self, time: float, force: Sequence[float] | FloatArray) -> None:
         """Take the specific force (3,), m/s², in body axes at `time`, s; see `gyroscope` for errors."""
@@ -101,14 +124,48 @@ class ImuStream:
         magnetize(self._record, time, x, y, z)
 
     @property
-    def started(self) -> bool:
-        """Whether there is an estimate, which takes an accelerometer sample."""
-        return self._state.started
+    def orientation(self) -> Reading:
+        """Most probable orientation (w, x, y, z) now, body to world; NaN before the start.
+
+        Called like the other sensors, ``stream.orientation(time, q, covariance, frame="body")`` takes an orientation
+        measured beside the gyroscope: a unit quaternion or `Rotation`, body to world, and the covariance (3, 3), rad²,
+        of a small rotation about the axes of `frame`, "body" or "world". It is used as soon as the gyroscope
+        has reached its time, and may be late as the other sensors may; without accelerometer the first one is the
+        start. One that the estimate contradicts is rejected, see `orientation_decision`.
+        """
+        reading = self._reported()[0].view(Reading)
+        reading.measured = self._orientation
+        return reading
+
+    def _orientation(
+        self, time: float, q: ArrayLike | Rotation, covariance: ArrayLike | None = None, *, frame: str | None = None
+    ) -> None:
+        orientation = unit_row(q, 4, "q")
+        if covariance is None:
+            world = self._filter.orientation_error**2 * np.eye(3)
+        else:
+            given = with_covariance(OrientationRecording("q", np.zeros(1), orientation[None]), covariance, frame or "")
+            assert given.covariance is not None
+            world = given.covariance[0]
+        self._step(ORIENTATION, time)
+        s, par = self._record, self._parameters
+        if s["phase"] == 0 and math.isfinite(s["last"][0]):
+            self._state.begin(self._filter.start_seen(orientation, world, self._prior))
+        if s["seen"] > 0:
+            self._log_evidence += float(flush(s, par, self._work))
+        if observe(s, par, time, orientation, world) and passed(s):
+            self._log_evidence += float(advance(s, par, self._work))
 
     @property
-    def orientation(self) -> FloatArray:
-        """Most probable orientation (w, x, y, z) now, body to world; NaN before the first accelerometer sample."""
-        return self._reported()[0]
+    def orientation_decision(self) -> tuple[int, float, str]:
+        """Code, NIS and reason of the last orientation that was looked at; see `OrientationLog`."""
+        code = int(self._record["seen_code"])
+        return code, float(self._record["seen_nis"]) if code else math.nan, ORIENTATION_CODES[code]
+
+    @property
+    def started(self) -> bool:
+        """Whether there is an estimate, which takes an accelerometer sample or an orientation."""
+        return self._state.started
 
     @property
     def distribution(self) -> Bingham:
@@ -143,6 +200,12 @@ class ImuStream:
     def heading_std(self) -> float:
         """Standard deviation of the heading, rad; π/√3 at most, which is an unknown heading."""
         return float(np.sqrt(np.minimum(self._reported()[1][2, 2], UNIFORM_VARIANCE)))
+
+    @property
+    def relative_heading_std(self) -> float:
+        """Standard deviation, rad, of the heading's drift since the start; NaN once something has shown the heading."""
+        apart = float(self._record["unknown_heading"])
+        return math.sqrt(max(self._reported()[1][2, 2] - apart, 0.0)) if apart > KEPT_APART else math.nan
 
     @property
     def inclination_std(self) -> float:

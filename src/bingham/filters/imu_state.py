@@ -26,6 +26,7 @@ FAULTS = (
     "gaps",
     "restarts after a lost attitude",
     "contradictions between gyroscope and accelerometer",
+    "orientations rejected",
 )
 # What is wrong with samples; the rest is what the filter made of it.
 TOLD = FAULTS[:6]
@@ -55,7 +56,7 @@ class ImuState:
 
     @property
     def last(self) -> FloatArray:
-        """Times (3,) of the last gyroscope, accelerometer and magnetometer samples, s; NaN before the first."""
+        """Times (4,), s, of the last sample of gyroscope, accelerometer, magnetometer, orientations; NaN before it."""
         return self.record["last"].copy()
 
     @property
@@ -82,7 +83,7 @@ class ImuState:
 
     @property
     def started(self) -> bool:
-        """Whether the first accelerometer sample has come."""
+        """Whether there is an estimate: the first accelerometer sample, or orientation, has come."""
         return bool(self.record["phase"] > 0)
 
     @property
@@ -95,8 +96,8 @@ class ImuState:
         return ImuState(self.values.copy())
 
     def begin(self, seen: ImuState) -> None:
-        """Take over what the first accelerometer sample shows (`ImuFilter.start`), in place."""
-        for name in ("orientation", "phase", "swing_power", "covariance"):
+        """Take over what the first sample shows (`ImuFilter.start`, `start_seen`), in place."""
+        for name in ("orientation", "phase", "swing_power", "covariance", "unknown_heading"):
             self.values[name] = seen.values[name]
 
     def to_json(self) -> str:

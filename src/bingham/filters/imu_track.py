@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, ClassVar, Literal
 
 import numpy as np
@@ -17,6 +17,7 @@ from bingham.rotations import rotate
 
 if TYPE_CHECKING:
     from bingham.filters.imu_state import ImuState
+    from bingham.filters.orientation_log import OrientationLog
 
 __all__ = ["MAGNETOMETER_CODES", "UNIFORM_INCLINATION", "UNIFORM_VARIANCE", "ImuTrack", "bounded"]
 
@@ -79,11 +80,15 @@ class ImuTrack(TrackMethods):
         Whether the estimates use the whole recording.
     prior : Bingham, optional
         Distribution of the orientation before the first accelerometer sample; uniform unless given.
+    relative_heading_std : (N,) ndarray
+        Standard deviation of `relative_heading`, rad; NaN as soon as something has shown the heading itself.
+    orientations : OrientationLog, optional
+        What became of the orientations measured beside the gyroscope.
     """
 
     PER_ROW: ClassVar[tuple[str, ...]] = (
         "time", "modes", "rotation_covariance", "bias", "bias_std", "rest", "log_evidence", "magnetometer_code",
-        "magnetometer_statistic",
+        "magnetometer_statistic", "relative_heading_std",
     )  # fmt: skip
 
     time: FloatArray
@@ -98,6 +103,18 @@ class ImuTrack(TrackMethods):
     final: ImuState
     smoothed: bool = False
     prior: Bingham | None = None
+    relative_heading_std: FloatArray = field(default_factory=lambda: np.empty(0))
+    orientations: OrientationLog | None = None
+
+    @property
+    def relative_heading(self) -> FloatArray:
+        """Heading (N,) since the start, rad, from −π to π; 0 at the start unless a prior says otherwise; NaN as `modes`.
+
+        The angle about the vertical that takes the world to the orientation, the rest being a rotation about a
+        horizontal axis. With `relative_heading_std` this is what a sensor without magnetometer knows of its heading.
+        """
+        angle = 2.0 * np.arctan2(self.modes[:, 3], self.modes[:, 0])
+        return angle - 2.0 * np.pi * np.round(angle / (2.0 * np.pi))
 
     @property
     def decision(self) -> NDArray[np.int8]:  # pyright: ignore[reportIncompatibleVariableOverride]

@@ -6,7 +6,7 @@ import numpy as np
 
 from bingham.kernels.compile import compiled
 from bingham.kernels.imu_loop import accelerate, due, magnetize, readout, rotate
-from bingham.kernels.imu_model import update
+from bingham.kernels.imu_orientation import advance
 
 __all__ = ["follow"]
 
@@ -25,7 +25,7 @@ def follow(s, par, w, sensors, samples, out):
         t, x, y, z = samples[i, 0], samples[i, 1], samples[i, 2], samples[i, 3]
         if sensors[i] == 0:
             if due(s, par):
-                update(s, par, w)
+                advance(s, par, w)
             rotate(s, par, w, t, x, y, z)
         elif sensors[i] == 1:
             accelerate(s, par, w, t, x, y, z)

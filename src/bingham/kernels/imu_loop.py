@@ -23,8 +23,8 @@ from bingham.kernels.imu_model import (
     UNKNOWN,
     begin,
     rotation_matrix,
-    update,
 )
+from bingham.kernels.imu_orientation import ORIENTATION_USED, ORIENTATION_WAITS, advance, flush, observe, passed
 from bingham.kernels.quaternion import from_rotation_vector, product
 
 __all__ = ["accelerate", "due", "magnetize", "readout", "rotate", "run", "smooth"]
@@ -58,7 +58,11 @@ SHARED_LIMIT = 10.0
 BENDING = 0.25  # error of the linear recursion, in squares of the tilt it corrects
 TRACK = np.dtype([
     ("mode", "f8", 4), ("covariance", "f8", (3, 3)), ("extra", "f8", (3, 3)), ("bias", "f8", 3), ("bias_std", "f8", 3),
-    ("evidence", "f8"), ("statistic", "f8"), ("code", "i8"), ("rest", "i8"),
+    ("evidence", "f8"), ("statistic", "f8"), ("code", "i8"), ("rest", "i8"), ("unknown_heading", "f8"),
+], align=True)  # fmt: skip
+SEEN = np.dtype([
+    ("time", "f8"), ("orientation", "f8", 4), ("covariance", "f8", (3, 3)), ("code", "i8"), ("nis", "f8"),
+    ("evidence", "f8"),
 ], align=True)  # fmt: skip
 UPDATE = np.dtype([
     ("index", "i8"), ("restart", "i8"), ("error", "f8", SIZE), ("F", "f8", (SIZE, SIZE)),
@@ -138,6 +142,7 @@ def integrate(s, par, w, t, x, y, z, bridged):
     rate = s.rate
     dt = t - s.last[0]
     s.last[0] = t
+    s.unseen = 0.0
     s.age += dt
     gain = max(1.0 - math.exp(-dt / QUIET_TIME), min(1.0, dt / s.age))
     deviation = change2 = 0.0
@@ -160,7 +165,8 @@ def integrate(s, par, w, t, x, y, z, bridged):
     gap = is_gap(dt, s.usual_step)
     s.usual_step = usual_step(s.usual_step, dt)
     s.quiet_time = s.quiet_time + dt if deviation <= par.rest_rate**2 and not gap else 0.0
-    s.resting = 1 if s.quiet_time >= par.rest_time and s.force_deviation <= par.rest_acceleration**2 else 0
+    still = s.force_deviation <= par.rest_acceleration**2 and not math.isnan(s.last[1])
+    s.resting = 1 if s.quiet_time >= par.rest_time and still else 0
     mx, my, mz = x, y, z
     if gap or bridged:
         mx, my, mz = 0.5 * (x + rate[0]), 0.5 * (y + rate[1]), 0.5 * (z + rate[2])
@@ -230,7 +236,7 @@ def accelerate(s, par, w, t, x, y, z):
         rotate_by(s, par, w, s.blank_time, 0.0, 0.0, 0.0)
     force = s.force
     if s.phase <= 0 or math.isnan(s.last[1]):
-        s.phase = -s.phase
+        s.phase = abs(s.phase)
         s.last[1] = t
         force[0], force[1], force[2] = x, y, z
         for i in range(3):
@@ -348,45 +354,78 @@ def readout(s, par, q, c, extra):
         for j in range(3):
             factor = (root if i < 2 else 1.0) * (root if j < 2 else 1.0)
             c[i, j] = factor * s.covariance[i, j] + s.lost[i, j] + extra[i, j]
+        c[i, i] += s.doubt[0] if i < 2 else s.doubt[1] + s.unknown_heading
 
 
 @compiled()
-def run(s, par, w, time, gyroscope, accelerometer, magnetometer, out, kept):
+def report(s, w, row, begin, out, waiting, orientations, kept, count, restart):
+    """Write what the last update says about samples and the orientation that waited, and what the smoother needs."""
+    for k in range(begin, row):
+        if out[k].code == PENDING:
+            out[k].code, out[k].statistic = s.code, s.statistic
+    if waiting >= 0 and s.seen == 0:
+        z = orientations[waiting]
+        z.code, z.nis, z.evidence = s.seen_code, s.seen_nis, s.seen_evidence
+    if kept.size > 0:
+        u = kept[count]
+        u.index, u.restart = row, restart
+        u.error[:] = w.error
+        u.F[:, :] = w.F
+        u.predicted[:, :] = w.predicted
+        u.filtered[:, :] = s.covariance
+
+
+@compiled()
+def run(s, par, w, time, gyroscope, accelerometer, magnetometer, orientations, out, kept):
     """Filter samples of one recording; s holds the state before and after.
 
     time (N,), gyroscope, accelerometer, magnetometer (N, 3), the latter two NaN where there is no sample, or (0, 3).
-    out: `TRACK` records (N,), one a sample; kept: `UPDATE` records for the smoother, or empty. Before the first
-    accelerometer sample orientations and covariances stay as given. Returns the number of updates.
+    orientations: `SEEN` records (M,), in the order of their times, each used once the gyroscope has passed it.
+    out: `TRACK` records (N,), one a sample; kept: `UPDATE` records for the smoother, or empty. Before the start
+    orientations and covariances stay as given. Returns the number of updates.
     """
-    count = begin_at = 0
-    restart = -1
-    for t in range(time.size):
+    count = begin = seen = 0
+    waiting = restart = -1
+    size = time.size
+    for t in range(size):
         o = out[t]
-        if due(s, par):
-            update(s, par, w)
-            o.evidence = s.evidence
-            for k in range(begin_at, t):
-                if out[k].code == PENDING:
-                    out[k].code, out[k].statistic = s.code, s.statistic
-            begin_at = t
-            if kept.size > 0:
-                u = kept[count]
-                u.index, u.restart = t, restart
-                u.error[:] = w.error
-                u.F[:, :] = w.F
-                u.predicted[:, :] = w.predicted
-                u.filtered[:, :] = s.covariance
-                restart = -1
-            count += 1
-        rotate(s, par, w, time[t], gyroscope[t, 0], gyroscope[t, 1], gyroscope[t, 2])
-        if accelerometer.shape[0] > 0 and not math.isnan(accelerometer[t, 0]):
-            accelerate(s, par, w, time[t], accelerometer[t, 0], accelerometer[t, 1], accelerometer[t, 2])
-            if s.restarted > 0:
-                restart, s.restarted = t, 0
-        o.code = ABSENT
-        if magnetometer.shape[0] > 0 and not math.isnan(magnetometer[t, 0]):
-            o.code = magnetize(s, time[t], magnetometer[t, 0], magnetometer[t, 1], magnetometer[t, 2])
+        # First the orientations since the last sample, at the end those of the time of this one.
+        for last in range(2):
+            while seen < orientations.size and (
+                orientations[seen].time < time[t] or (last == 1 and orientations[seen].time == time[t])
+            ):
+                z = orientations[seen]
+                if s.seen > 0:
+                    o.evidence += flush(s, par, w)
+                    report(s, w, t, begin, out, waiting, orientations, kept, count, restart)
+                    begin, restart, count = t, -1, count + 1
+                started = s.phase > 0
+                waiting = -1
+                if observe(s, par, z.time, z.orientation, z.covariance):
+                    waiting, z.code = seen, ORIENTATION_WAITS
+                elif s.phase > 0 and not started:
+                    z.code = ORIENTATION_USED
+                seen += 1
+            if last == 0:
+                if due(s, par):
+                    o.evidence += advance(s, par, w)
+                    report(s, w, t, begin, out, -1, orientations, kept, count, restart)
+                    begin, restart, count = t, -1, count + 1
+                rotate(s, par, w, time[t], gyroscope[t, 0], gyroscope[t, 1], gyroscope[t, 2])
+            if passed(s):
+                o.evidence += advance(s, par, w)
+                report(s, w, t, begin, out, waiting, orientations, kept, count, restart)
+                begin, restart, count = t, -1, count + 1
+            if last == 0:
+                if accelerometer.shape[0] > 0 and not math.isnan(accelerometer[t, 0]):
+                    accelerate(s, par, w, time[t], accelerometer[t, 0], accelerometer[t, 1], accelerometer[t, 2])
+                    if s.restarted > 0:
+                        restart, s.restarted = t, 0
+                o.code = ABSENT
+                if magnetometer.shape[0] > 0 and not math.isnan(magnetometer[t, 0]):
+                    o.code = magnetize(s, time[t], magnetometer[t, 0], magnetometer[t, 1], magnetometer[t, 2])
         o.rest = s.resting > 0
+        o.unknown_heading = s.unknown_heading
         for i in range(3):
             o.bias[i] = s.bias[i]
             o.bias_std[i] = math.sqrt(s.covariance[BIAS + i, BIAS + i])
@@ -500,3 +539,4 @@ def smooth(kept, out):
             for j in range(3):
                 o.covariance[i, j] = p[i, j] + root[i] * root[j] * (online[here, i, j] - p[i, j]) + o.extra[i, j]
             o.covariance[i, i] += bent * bent
+        o.covariance[2, 2] += o.unknown_heading

@@ -21,8 +21,9 @@ STATE = np.dtype([
     # The estimate: unit quaternion, m/s, rad/s, m/s²; covariance of the errors.
     ("orientation", "f8", 4), ("velocity", "f8", 3), ("bias", "f8", 3), ("force_bias", "f8", 3),
     ("covariance", "f8", (SIZE, SIZE)),
-    # 0 before the first accelerometer sample, −1 prepared for it, 1 running; seconds since the first sample; times.
-    ("phase", "i8"), ("age", "f8"), ("last", "f8", 3),
+    # 0 before the start, −1 prepared for the first accelerometer sample, −2 for the first orientation, 1 running;
+    # seconds since the first sample; times of the last one of gyroscope, accelerometer, magnetometer, orientations.
+    ("phase", "i8"), ("age", "f8"), ("last", "f8", 4),
     # Sums since the last update: s, ∫R dt, ∫Rω dt, ∫|ω| dt, ∫ω dt (raw), ∫(Rf − g) dt, ∫max(|f|² − g², 0) dt, s of
     # force and of clipped force, ΣRm, number of m.
     ("elapsed", "f8"), ("turn", "f8", (3, 3)), ("rotated", "f8", 3), ("travel", "f8"), ("raw_rotated", "f8", 3),
@@ -36,8 +37,8 @@ STATE = np.dtype([
     ("usual_step", "f8"), ("usual_field", "f8"), ("range", "f8"), ("top", "f8"), ("flat_time", "f8", 3),
     ("repeat_time", "f8"),
     # What was done about faults: samples rejected of gyroscope, accelerometer, magnetometer; rows of zeros; samples of
-    # a clipping and of a frozen gyroscope; gaps; restarts; contradictions.
-    ("faults", "i8", 9),
+    # a clipping and of a frozen gyroscope; gaps; restarts; contradictions; orientations rejected.
+    ("faults", "i8", 10),
     # Motion: means over 0.5 s, s of quiet, rest; slow parts of force, swing and rate; variance of the velocity.
     ("slow_rate", "f8", 3), ("slow_force", "f8", 3), ("force_deviation", "f8"), ("quiet_time", "f8"), ("resting", "i8"),
     ("rest_seen", "i8"), ("rest_refused", "f8"), ("mean_force", "f8", 3), ("swing", "f8", 3), ("slow_swing", "f8", 3),
@@ -49,13 +50,22 @@ STATE = np.dtype([
     # Expected field (horizontal, up), its weight in s; the field that may replace it, and for how long it has lasted.
     ("north", "f8"), ("up", "f8"), ("field_weight", "f8"), ("new_north", "f8"), ("new_up", "f8"), ("new_time", "f8"),
     ("heading_refused", "f8"), ("residual_mean", "f8"), ("residual_variance", "f8"),
+    # Orientations, see `imu_orientation`: the one that waits; of the last, code, NIS, log-evidence; how many were used;
+    # how many that agree were rejected, the last one's time and residual; variances of tilt and heading that rest on a
+    # single one; corrections and what is expected of their sum, what they say about the gyroscope's noise; s since its
+    # last sample. Variance of the heading at the start, rad², kept apart until something shows the heading.
+    ("seen", "i8"), ("seen_time", "f8"), ("seen_orientation", "f8", 4), ("seen_covariance", "f8", (3, 3)),
+    ("seen_code", "i8"), ("seen_nis", "f8"), ("seen_evidence", "f8"), ("seen_count", "i8"), ("refused", "i8"),
+    ("refused_time", "f8"), ("refused_by", "f8", 3), ("doubt", "f8", 2), ("seen_drift", "f8", 3),
+    ("seen_expected", "f8", 3), ("seen_noise", "f8"), ("unseen", "f8"), ("unknown_heading", "f8"),
     # Of the last update: log-evidence, statistic and code of the magnetometer.
     ("evidence", "f8"), ("statistic", "f8"), ("code", "i8"),
 ], align=True)  # fmt: skip
 WORK = np.dtype([
     ("F", "f8", (SIZE, SIZE)), ("Q", "f8", (SIZE, SIZE)), ("product", "f8", (SIZE, SIZE)),
     ("predicted", "f8", (SIZE, SIZE)), ("h", "f8", SIZE), ("column", "f8", SIZE), ("moves", "f8", SIZE),
-    ("error", "f8", SIZE), ("rotation", "f8", (3, 3)),
+    ("error", "f8", SIZE), ("rotation", "f8", (3, 3)), ("before", "f8", SIZE), ("residual", "f8", 3),
+    ("noise", "f8", (3, 3)),
 ], align=True)  # fmt: skip
 
 ABSENT, USED, STRENGTH, DIP, HEADING, REPEATED, PENDING, EARLY, ABSURD = range(9)
@@ -73,6 +83,8 @@ CORRELATION_TURN = 0.1  # rad
 SCALE_TIME = 1.0  # s
 SWING_TIME = 1.0  # s, correlation time of a velocity that can be mistaken for a tilt
 REST_SPEED = 0.003  # m/s
+FORGOTTEN_TIME = 0.5  # s without a force, after which nothing is known of the velocity
+WATCHED_TIME = 5.0  # s after an orientation, in which that and not rest shows the bias: a slow turn looks like rest
 DOUBTFUL_TILT = 0.05  # rad², variance of a tilt that says nothing about motion
 MAXIMAL_SPEED = 3.0  # m/s, largest typical speed that is believed
 MAXIMAL_BIAS = 0.25  # rad/s; no gyroscope that is one has more
@@ -202,7 +214,7 @@ def process_noise(s, par, Q):
     for i in range(3):
         for j in range(3):
             Q[i, j] = s.lost[i, j]
-        Q[i, i] += theta * (s.noise if i < 2 else 1.0)
+        Q[i, i] += s.seen_noise * theta * (s.noise if i < 2 else 1.0)
         Q[3 + i, 3 + i] = velocity
         Q[6 + i, 6 + i] = par.gyroscope_bias_walk**2 * dt + s.lost_bias
         Q[9 + i, 9 + i] = 1e-8 * dt
@@ -336,6 +348,9 @@ def update(s, par, w):
     """
     dt = s.elapsed
     p, h, x = s.covariance, w.h, w.error
+    if s.field_count > 0.0:
+        p[2, 2] += s.unknown_heading
+        s.unknown_heading = 0.0
     transition(s, par, w.F)
     process_noise(s, par, w.Q)
     predict(s, w)
@@ -346,7 +361,8 @@ def update(s, par, w):
     w.moves[:] = 1.0
     s.evidence = 0.0
     s.code, s.statistic = ABSENT, math.nan
-    at_rest = s.resting > 0 and rest_is_believed(s, par, dt)
+    watched = s.seen_count > 0 and s.last[0] - s.last[3] < WATCHED_TIME
+    at_rest = s.resting > 0 and (watched or rest_is_believed(s, par, dt))
     if s.force_time > 0.0:
         span = s.force_time
         speed2 = speed_variance(s, par, span)
@@ -359,7 +375,7 @@ def update(s, par, w):
             s.evidence += condition(p, w, -s.velocity[i] - x[3 + i], variance)
             h[3 + i] = 0.0
         w.moves[2] = 1.0
-    if at_rest:
+    if at_rest and not watched:
         s.rest_seen = 1
         for i in range(3):
             h[6 + i] = 1.0
@@ -368,13 +384,27 @@ def update(s, par, w):
             h[6 + i] = 0.0
     if s.field_count > 0.0:
         s.evidence += heading_update(s, par, w)
-    watch(s, w, dt)
+    if s.force_time > 0.0:
+        watch(s, w, dt)
+    elif math.isnan(s.last[1]) or s.last[0] - s.last[1] > FORGOTTEN_TIME:
+        forget_velocity(p, par)
     correct(s, x)
     keep = s.lost.copy()
     v, b = s.lost_velocity, s.lost_bias
     clear(s)
     s.lost[:, :] = keep
     s.lost_velocity, s.lost_bias = v, b
+
+
+@compiled()
+def forget_velocity(p, par):
+    """Make the velocity error unknown and independent: without forces it says nothing about the tilt."""
+    n = p.shape[0]
+    for i in range(3, 6):
+        for j in range(n):
+            p[i, j] = p[j, i] = 0.0
+    for i in range(3, 6):
+        p[i, i] = 1.0 + par.slow_velocity**2
 
 
 @compiled()
