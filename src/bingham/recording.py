@@ -226,8 +226,8 @@ class ImuRecording:
     truth : OrientationRecording, optional
         Ground truth that has its own clock (same zero of time).
     orientations : OrientationRecording or tuple, optional
-        Orientations measured beside the gyroscope at times of their own (same zero of time), by a camera, motion capture
-        or a star tracker; a tuple is ``(time, quaternions)`` or ``(time, quaternions, covariance, frame)`` with
+        Orientations measured beside the gyroscope at times of their own (same zero of time), by a camera, motion
+        capture or a star tracker; a tuple is ``(time, quaternions)`` or ``(time, quaternions, covariance, frame)`` with
         covariances (3, 3) or (M, 3, 3), rad², about the axes of ``frame``, "body" or "world".
     earth_frame : str
         World axes of the reference: "ENU" (east, north, up), "NED" or "NWU".

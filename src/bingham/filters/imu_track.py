@@ -108,7 +108,7 @@ class ImuTrack(TrackMethods):
 
     @property
     def relative_heading(self) -> FloatArray:
-        """Heading (N,) since the start, rad, from −π to π; 0 at the start unless a prior says otherwise; NaN as `modes`.
+        """Heading (N,) since the start, rad, −π to π; 0 at the start unless a prior says otherwise; NaN as `modes`.
 
         The angle about the vertical that takes the world to the orientation, the rest being a rotation about a
         horizontal axis. With `relative_heading_std` this is what a sensor without magnetometer knows of its heading.

@@ -327,7 +327,8 @@ def readout(s, par, q, c, extra):
     """Write orientation q (4,) and its covariance c (3, 3), world axes, now; extra (3, 3) is what no sample reveals.
 
     The gyroscope's samples lag behind the motion by a delay, of which a share σ is unknown: σ² ωωᵀ. The mounting gives
-    under the force: alignment_error² (|f|/g)². A field that has set the heading leaves a share of its error.
+    under the force: alignment_error² (|f|/g)². Where nothing shows the heading, constant errors of scale and axes, each
+    with the standard deviation gyroscope_scale_error, add up over the turns since the start. A field that has set the heading leaves a share of its error.
     """
     o, lead = s.orientation, par.gyroscope_delay
     x, y, z = s.rate[0] - s.bias[0], s.rate[1] - s.bias[1], s.rate[2] - s.bias[2]
@@ -345,6 +346,12 @@ def readout(s, par, q, c, extra):
     extra[0, 0], extra[0, 1], extra[0, 2] = x * x + mounting, x * y, x * z
     extra[1, 0], extra[1, 1], extra[1, 2] = x * y, y * y + mounting, y * z
     extra[2, 0], extra[2, 1], extra[2, 2] = x * z, y * z, z * z
+    if s.unknown_heading > 0.0:
+        turned2 = 0.0
+        for i in range(3):
+            for j in range(3):
+                turned2 += s.turned[i, j] ** 2
+        extra[2, 2] += par.gyroscope_scale_error**2 * turned2
     if s.field_weight > 0.0:
         extra[2, 2] += (NORTH_SHARE * par.magnetometer_error) ** 2
     root = math.sqrt(

@@ -58,6 +58,8 @@ STATE = np.dtype([
     ("seen_code", "i8"), ("seen_nis", "f8"), ("seen_evidence", "f8"), ("seen_count", "i8"), ("refused", "i8"),
     ("refused_time", "f8"), ("refused_by", "f8", 3), ("doubt", "f8", 2), ("seen_drift", "f8", 3),
     ("seen_expected", "f8", 3), ("seen_noise", "f8"), ("unseen", "f8"), ("unknown_heading", "f8"),
+    # ∫(Rᵀẑ) ωᵀ dt since the start: constant errors of scale and axes turn the heading by its product with them.
+    ("turned", "f8", (3, 3)),
     # Of the last update: log-evidence, statistic and code of the magnetometer.
     ("evidence", "f8"), ("statistic", "f8"), ("code", "i8"),
 ], align=True)  # fmt: skip
@@ -361,6 +363,9 @@ def update(s, par, w):
     w.moves[:] = 1.0
     s.evidence = 0.0
     s.code, s.statistic = ABSENT, math.nan
+    for i in range(3):
+        for j in range(3):
+            s.turned[i, j] += s.turn[2, i] / dt * (s.raw_rotated[j] - s.bias[j] * dt)
     watched = s.seen_count > 0 and s.last[0] - s.last[3] < WATCHED_TIME
     at_rest = s.resting > 0 and (watched or rest_is_believed(s, par, dt))
     if s.force_time > 0.0:
