@@ -7,7 +7,6 @@ import math
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import typer
 
 from bingham.errors import InvalidArgumentError, RecordingError
@@ -54,6 +53,8 @@ def planes(
 
     A plane holds the points p with normal·p = distance; its normal points to the camera. Parallel planes are apart.
     """
+    import numpy as np
+
     from bingham.atomic import staged
     from bingham.cli.first_use import announce_compilation
     from bingham.cli.terminal import say
@@ -106,6 +107,8 @@ def planes(
 
 def _points(file: Path, intrinsics: str | None, scale: float) -> Any:
     """Return points (H, W, 3) or (n, 3) in m, NaN without data."""
+    import numpy as np
+
     from bingham.io.fields import Fields
     from bingham.io.points import read_points
     from bingham.surfaces.normals import back_project

@@ -12,6 +12,7 @@ from scipy.special import gammaln
 
 from bingham.distributions.sibling import weighted_sample
 from bingham.errors import ConvergenceError, InvalidArgumentError
+from bingham.notebook import Pictured
 from bingham.validation import as_generator, as_numbers, integer, unit_rows
 
 __all__ = ["AngularCentralGaussian"]
@@ -23,7 +24,7 @@ TOLERANCE = 1e-9
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class AngularCentralGaussian:
+class AngularCentralGaussian(Pictured):
     """Distribution of y/‖y‖, y ~ N(0, Λ): f(x) = Γ(d/2)/(2π^{d/2}) |Λ|^{−1/2} (xᵀΛ⁻¹x)^{−d/2}.
 
     Parameters

@@ -19,6 +19,7 @@ from bingham.distributions.uncertainty import (
     standard_errors,
 )
 from bingham.errors import InvalidArgumentError
+from bingham.notebook import Pictured
 from bingham.rotations import compose, conjugate
 from bingham.validation import as_generator, as_numbers, check_kind, check_number, integer, unit_rows
 
@@ -41,7 +42,7 @@ class StandardErrors(NamedTuple):
     axes: FloatArray
 
 
-class Bingham:
+class Bingham(Pictured):
     """Distribution of a random axis or rotation x on S^{d−1}: f(x) = exp(xᵀ A x) / F(z), A = M diag(z) Mᵀ.
 
     f is a density with respect to surface area and f(x) = f(−x). The parameters are kept in spectral form: z ascending

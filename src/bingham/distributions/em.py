@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from bingham.distributions.bingham import Bingham
 from bingham.distributions.bounded import bounded_concentrations
 from bingham.distributions.mixture import BinghamMixture, log_area
+from bingham.notebook import Tabled
 
 __all__ = ["EMResult", "distributions_of_moments", "expectation_maximization"]
 
@@ -19,7 +20,7 @@ FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)
-class EMResult:
+class EMResult(Tabled):
     """What a run of expectation-maximisation reached.
 
     Parameters

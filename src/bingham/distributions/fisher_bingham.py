@@ -14,6 +14,7 @@ from bingham.distributions.sibling import weighted_sample
 from bingham.distributions.von_mises_fisher import VonMisesFisher
 from bingham.errors import ConvergenceError, InvalidArgumentError
 from bingham.kernels.linear_term import log_normalizer_linear, moments_linear
+from bingham.notebook import Pictured
 from bingham.validation import as_generator, as_numbers, integer, unit_rows
 
 __all__ = ["FisherBingham", "sample_linear"]
@@ -25,7 +26,7 @@ TOLERANCE = 1e-12
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class FisherBingham:
+class FisherBingham(Pictured):
     """Distribution f(x) = exp(xᵀAx + bᵀx)/C(A, b) of directions x on S^{d−1}.
 
     Parameters

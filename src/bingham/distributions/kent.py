@@ -14,6 +14,7 @@ from bingham.distributions.fisher_bingham import FisherBingham
 from bingham.distributions.sibling import weighted_sample
 from bingham.errors import InvalidArgumentError
 from bingham.kernels.linear_term import moments_linear
+from bingham.notebook import Pictured
 from bingham.validation import as_numbers, check_number
 
 __all__ = ["Kent"]
@@ -22,7 +23,7 @@ FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Kent:
+class Kent(Pictured):
     """Distribution f(x) = exp(κ γ₁ᵀx + β ((γ₂ᵀx)² − (γ₃ᵀx)²))/c(κ, β) of directions x on S².
 
     Parameters

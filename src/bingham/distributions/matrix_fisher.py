@@ -12,6 +12,7 @@ from scipy.spatial.transform import Rotation
 
 from bingham.distributions.bingham import Bingham
 from bingham.errors import InvalidArgumentError
+from bingham.notebook import Pictured
 from bingham.rotations import as_quaternion
 from bingham.validation import as_numbers, check_kind
 
@@ -24,7 +25,7 @@ LOG_AREA = math.log(2.0 * math.pi**2)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class MatrixFisher:
+class MatrixFisher(Pictured):
     """Distribution f(R) = exp(tr(FᵀR))/c(F) of rotation matrices, a density with respect to their uniform distribution.
 
     tr(FᵀR(q)) = qᵀKq with K linear in F (Davenport's matrix), so that the unit quaternions ±q of R have the Bingham

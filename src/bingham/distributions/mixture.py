@@ -13,6 +13,7 @@ from scipy.special import gammaln, logsumexp
 
 from bingham.distributions.bingham import Bingham
 from bingham.errors import InvalidArgumentError
+from bingham.notebook import Pictured
 from bingham.validation import as_generator, as_numbers, check_kind, check_number, unit_rows
 
 if TYPE_CHECKING:
@@ -43,7 +44,7 @@ def log_area(d: int) -> float:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class BinghamMixture:
+class BinghamMixture(Pictured):
     """Distribution f(x) = Σₖ αₖ fₖ(x) + α₀ / area of Bingham distributions fₖ and a uniform background.
 
     Parameters

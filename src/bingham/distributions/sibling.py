@@ -15,6 +15,7 @@ from scipy.special import gammaln
 from bingham.distributions.algebra import sample_rows
 from bingham.distributions.bingham import Bingham
 from bingham.errors import BinghamError, InvalidArgumentError
+from bingham.notebook import Pictured, Tabled
 from bingham.validation import as_numbers
 
 __all__ = ["DirectionalDistribution", "Fitted", "Selection", "Uniform", "select", "weighted_sample"]
@@ -69,7 +70,7 @@ def weighted_sample(x: ArrayLike, weights: ArrayLike | None) -> tuple[FloatArray
 
 
 @dataclass(frozen=True, slots=True)
-class Uniform:
+class Uniform(Pictured):
     """The uniform distribution on S^{d−1}, the one without parameters."""
 
     dim: int
@@ -107,7 +108,7 @@ class Fitted(NamedTuple):
 
 
 @dataclass(frozen=True, slots=True)
-class Selection:
+class Selection(Tabled):
     """Distributions fitted to one sample, best first; ``failed`` says why others could not be fitted."""
 
     criterion: str

@@ -14,6 +14,7 @@ from scipy.special import logsumexp
 from bingham.distributions.bingham import Bingham
 from bingham.distributions.crystal import symmetry_group
 from bingham.errors import InvalidArgumentError
+from bingham.notebook import Pictured
 from bingham.rotations import as_quaternion, compose
 from bingham.validation import as_generator, as_numbers, check_kind, integer
 
@@ -28,7 +29,7 @@ LOG_AREA = math.log(2.0 * math.pi**2)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class SymmetricMixture:
+class SymmetricMixture(Pictured):
     """Density f(q) = Σₖ αₖ (1/G) Σ_g fₖ(q ⊗ g) + α₀/(2π²) of orientations: an orientation distribution function.
 
     Parameters
@@ -177,7 +178,7 @@ class SymmetricMixture:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class SymmetricBingham:
+class SymmetricBingham(Pictured):
     """Density f(q) = (1/G) Σ_g f_B(q ⊗ g) of orientations known up to the rotations g of a group.
 
     Parameters

@@ -12,6 +12,7 @@ from scipy.special import gammaln, ive
 
 from bingham.distributions.sibling import weighted_sample
 from bingham.errors import InvalidArgumentError
+from bingham.notebook import Pictured
 from bingham.validation import as_generator, check_number, integer, unit_row, unit_rows
 
 __all__ = ["VonMisesFisher"]
@@ -20,7 +21,7 @@ FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class VonMisesFisher:
+class VonMisesFisher(Pictured):
     """Distribution f(x) = exp(κ mᵀx) κ^{d/2−1}/((2π)^{d/2} I_{d/2−1}(κ)) of directions x on S^{d−1}.
 
     Parameters

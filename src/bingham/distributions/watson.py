@@ -12,6 +12,7 @@ from bingham.distributions.bingham import Bingham
 from bingham.distributions.normalizer import log_normalizer, solve_moments
 from bingham.distributions.sibling import weighted_sample
 from bingham.errors import InvalidArgumentError
+from bingham.notebook import Pictured
 from bingham.validation import check_number, unit_row, unit_rows
 
 __all__ = ["Watson"]
@@ -20,7 +21,7 @@ FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Watson:
+class Watson(Pictured):
     """Distribution f(x) = exp(κ (mᵀx)²)/F of axes x on S^{d−1}.
 
     A cluster about m for κ > 0, a girdle across it for κ < 0.

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from bingham.distributions.bingham import Bingham
 from bingham.distributions.uncertainty import frame_required
 from bingham.errors import InvalidArgumentError, MissingExtraError
+from bingham.notebook import AXIS_COLOURS, curves, framed, words
 from bingham.rotations import align_signs, to_rotation
 
 if TYPE_CHECKING:
@@ -59,6 +60,18 @@ class TrackMethods:
             f"<{type(self).__name__} of {batch}{len(self)} rows, d = {self.modes.shape[-1]}{span}: {told}; "
             f"log-evidence {evidence}>"
         )
+
+    def _repr_html_(self) -> str:
+        d = self.modes.shape[-1]
+        picture = ""
+        if self.modes.ndim == 2 and d == 4:
+            angles = self.as_euler(degrees=True)
+            picture = curves(list(angles.T), AXIS_COLOURS[::-1], half=180.0)
+        elif self.modes.ndim == 2 and d == 2:
+            angle = np.degrees(np.arctan2(self.modes[:, 1], self.modes[:, 0]))
+            picture = curves([angle - 180.0 * np.floor((angle + 90.0) / 180.0)], AXIS_COLOURS[2:], half=90.0)
+        drawn = "yaw, pitch, roll, ±180°" if d == 4 else "angle of the axis, ±90°"
+        return framed(picture, words(repr(self) + (f"\ndrawn: {drawn}" if picture else "")))
 
     def __getitem__(self, rows: slice | int | ArrayLike) -> Self:
         """Return the track of some rows: a slice, a mask (T,) or indices."""

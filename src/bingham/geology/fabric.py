@@ -13,6 +13,7 @@ from bingham.errors import InvalidArgumentError
 from bingham.geology.angles import to_strike_dip, to_trend_plunge
 from bingham.inference.ellipse import ConfidenceEllipse, confidence_ellipse
 from bingham.inference.result import axes_of
+from bingham.notebook import Tabled
 
 __all__ = ["Fabric", "fabric"]
 
@@ -20,7 +21,7 @@ FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Fabric:
+class Fabric(Tabled):
     """What a structural geologist reports of a sample of lines or poles; see `fabric`.
 
     Parameters

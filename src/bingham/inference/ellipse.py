@@ -13,6 +13,7 @@ from bingham.distributions.bingham import Bingham
 from bingham.errors import InvalidArgumentError
 from bingham.inference.principal import axis_ratio, ratio_limit
 from bingham.inference.result import axes_of, check_choice
+from bingham.notebook import Tabled
 from bingham.rotations import unit_rows
 from bingham.validation import as_generator, check_number, integer
 
@@ -22,7 +23,7 @@ FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class ConfidenceEllipse:
+class ConfidenceEllipse(Tabled):
     """Elliptical confidence region of an axis: Σ (vᵢ/αᵢ)² ≤ 1, v the rotation that takes the centre to the axis.
 
     Parameters

@@ -13,6 +13,7 @@ from bingham.distributions.bingham import Bingham
 from bingham.distributions.marginal import marginal_fit, marginal_maximum
 from bingham.errors import InvalidArgumentError
 from bingham.inference.result import axes_of, check_choice
+from bingham.notebook import Tabled
 from bingham.validation import as_generator, check_number, integer
 
 __all__ = ["ConcentrationIntervals", "concentration_intervals"]
@@ -21,7 +22,7 @@ FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class ConcentrationIntervals:
+class ConcentrationIntervals(Tabled):
     """Intervals low ≤ zᵢ ≤ high, each (..., d), ascending in i; the last concentration is 0 by convention.
 
     ``estimate`` (..., d) are the concentrations they belong to.

@@ -12,6 +12,7 @@ from bingham.distributions.bingham import Bingham
 from bingham.distributions.symmetric import SymmetricMixture
 from bingham.distributions.uncertainty import frame_required
 from bingham.errors import InvalidArgumentError
+from bingham.notebook import Tabled
 from bingham.rotations import as_quaternion, compose, conjugate
 from bingham.validation import as_numbers
 
@@ -24,7 +25,7 @@ FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class MeanRotation:
+class MeanRotation(Tabled):
     """Mean of a sample of rotations; see `mean_rotation`.
 
     Parameters

@@ -11,6 +11,7 @@ from scipy.special import chdtrc, fdtrc
 
 from bingham.distributions.algebra import sample_rows
 from bingham.errors import InvalidArgumentError
+from bingham.notebook import Tabled
 from bingham.validation import described
 
 __all__ = ["TestResult", "axes_of", "check_choice", "chi2_pvalue", "hotelling_pvalue", "resampled_pvalue"]
@@ -19,7 +20,7 @@ FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)
-class TestResult:
+class TestResult(Tabled):
     """Result of a test of hypotheses.
 
     Parameters

@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 from bingham.atomic import replaced
 from bingham.errors import InvalidArgumentError, MissingExtraError
 from bingham.io.track_fields import Column, content_of, table
-from bingham.kernels.decimal import LONGEST, TENS, write_rows
 
 if TYPE_CHECKING:
     from bingham.filters.imu_track import ImuTrack
@@ -109,6 +108,8 @@ class CsvTable:
             lines = [ABOUT[name].format(frame=self._frame) for name in self._names if name in ABOUT]
             text = "".join(f"# {line}\n" for line in ["bingham track", *lines]) + ",".join(self._names) + "\n"
             self._file.write(text.encode())
+        from bingham.kernels.decimal import LONGEST, TENS, write_rows
+
         numbers = [column for column in columns if column.values.dtype.kind != "U"]
         codes, words, ends = _coded([column for column in columns if column.values.dtype.kind == "U"])
         digits = np.array([column.digits for column in numbers])

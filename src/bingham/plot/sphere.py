@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from bingham.notebook import project
 from bingham.plot.style import AXIS_COLOURS, INK, PALE
 from bingham.rotations import rotate
 
@@ -14,18 +15,7 @@ __all__ = ["draw_axes_cloud", "draw_axes_density", "draw_axes_path", "draw_spher
 
 FloatArray = NDArray[np.float64]
 
-# Azimuth and elevation of the eye, rad: all three world axes are in front.
-EYE = (np.radians(35.0), np.radians(25.0))
 JUMP = 0.5  # a longer step of a path, in radii, is a gap and no line
-
-
-def project(v: ArrayLike) -> tuple[FloatArray, FloatArray, NDArray[np.bool_]]:
-    """Return screen coordinates right and up (...) of vectors (..., 3), and whether they are in front."""
-    azimuth, elevation = EYE
-    towards = np.array([np.cos(elevation) * np.cos(azimuth), np.cos(elevation) * np.sin(azimuth), np.sin(elevation)])
-    right = np.array([-np.sin(azimuth), np.cos(azimuth), 0.0])
-    x = np.asarray(v, dtype=np.float64)
-    return x @ right, x @ np.cross(towards, right), x @ towards >= 0
 
 
 def draw_sphere(axes: Any, names: tuple[str, str, str] = ("x", "y", "z")) -> None:

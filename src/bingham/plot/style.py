@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from bingham.decimate import envelope_indices
 from bingham.errors import MissingExtraError
+from bingham.notebook import AXIS_COLOURS
 
 __all__ = [
     "AXIS_COLOURS",
@@ -31,8 +32,6 @@ __all__ = [
     "unbroken",
 ]
 
-# Okabe & Ito's palette: told apart by colour-blind readers too.
-AXIS_COLOURS = ("#D55E00", "#009E73", "#0072B2")
 INK, PALE, OVERLAY = "#333333", "#BBBBBB", "#56B4E9"
 MEASURED, GAP_COLOUR = "#E69F00", "#CC79A7"
 COLUMNS = 2000  # no panel is wider, in pixels
@@ -41,10 +40,10 @@ COLUMNS = 2000  # no panel is wider, in pixels
 def new_figure(width: float, height: float) -> Any:
     """Return a matplotlib figure of the given size, inches, that belongs to no window and no global state."""
     try:
-        from matplotlib.figure import Figure
+        from bingham.plot.figure import FreeFigure
     except ImportError:
         raise MissingExtraError("matplotlib", "plot", "drawing figures") from None
-    return Figure(figsize=(width, height), layout="constrained")
+    return FreeFigure(figsize=(width, height), layout="constrained")
 
 
 def stride(size: int, maximum: int = 3000) -> slice:
