@@ -28,6 +28,7 @@ __all__ = [
     "rotate",
     "to_rotation",
     "to_rotation_vector",
+    "yaw_pitch_roll",
 ]
 
 FloatArray = NDArray[np.float64]
@@ -160,6 +161,23 @@ def rotate(q: ArrayLike | Rotation, v: ArrayLike) -> FloatArray:
         raise InvalidArgumentError("q", f"unit quaternions within {UNIT_TOLERANCE:g}", f"length {worst:.9g}", hint)
     t = 2.0 * np.cross(a[..., 1:], b)
     return b + a[..., :1] * t + np.cross(a[..., 1:], t)
+
+
+def yaw_pitch_roll(q: ArrayLike) -> FloatArray:
+    """Return the angles (..., 3) in rad of R = R_z(yaw) R_y(pitch) R_x(roll), unit q (..., 4); NaN gives NaN.
+
+    Upright, where only yaw ∓ roll is defined, one of the many pairs.
+
+    Examples
+    --------
+    >>> np.degrees(yaw_pitch_roll([np.sqrt(0.5), 0.0, 0.0, np.sqrt(0.5)])).round(6).tolist()
+    [90.0, 0.0, 0.0]
+    """
+    w, x, y, z = np.moveaxis(np.asarray(q, dtype=np.float64), -1, 0)
+    yaw = np.arctan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))
+    pitch = np.arcsin(np.clip(2 * (w * y - z * x), -1, 1))
+    roll = np.arctan2(2 * (w * x + y * z), 1 - 2 * (x * x + y * y))
+    return np.stack([yaw, pitch, roll], axis=-1)
 
 
 def to_rotation(q: ArrayLike) -> Rotation:

@@ -12,9 +12,9 @@ from bingham.plot.mixture import plot_mixture
 from bingham.plot.planar_track import plot_planar_track
 from bingham.plot.sphere import project
 from bingham.plot.style import stride, unbroken
-from bingham.plot.track import _half_widths, _yaw_pitch_roll, plot_track
+from bingham.plot.track import _half_widths, _spread_of_angles, plot_track
 from bingham.plot.tuning import plot_profiles
-from bingham.rotations import from_rotation_vector, to_rotation
+from bingham.rotations import from_rotation_vector, to_rotation, yaw_pitch_roll
 
 
 def test_equal_area_keeps_areas_and_directions():
@@ -35,15 +35,16 @@ def test_equal_area_keeps_areas_and_directions():
 
 def test_euler_angles_and_their_change_with_a_small_turn():
     q = Rotation.random(200, rng=2)
-    angle, jacobian = _yaw_pitch_roll(q.as_quat(scalar_first=True))
+    angle = yaw_pitch_roll(q.as_quat(scalar_first=True))
     np.testing.assert_allclose(angle, q.as_euler("ZYX"), atol=1e-9)
-    step = 1e-6
-    for k in range(3):
-        rotated = Rotation.from_rotvec(step * np.eye(3)[k]) * q
-        change = _yaw_pitch_roll(rotated.as_quat(scalar_first=True))[0] - angle
-        change = (change + np.pi) % (2 * np.pi) - np.pi
-        steep = 1 / np.cos(angle[:, 1:2]) ** 2
-        assert np.all(np.abs(change / step - jacobian[:, :, k]) < 1e-5 * steep)
+    step, root = 1e-6, np.random.default_rng(4).normal(size=(3, 3))
+    variance = np.zeros((200, 3))  # of the angles, for small world rotations with covariance root rootᵀ
+    for column in root.T:
+        rotated = Rotation.from_rotvec(step * column) * q
+        change = yaw_pitch_roll(rotated.as_quat(scalar_first=True)) - angle
+        variance += (((change + np.pi) % (2 * np.pi) - np.pi) / step) ** 2
+    spread = _spread_of_angles(angle, np.broadcast_to(root @ root.T, (200, 3, 3)))
+    assert np.all(np.abs(np.sqrt(variance) - spread) < 1e-4 / np.cos(angle[:, 1:2]) ** 2)
 
 
 def test_bands_hold_95_percent():

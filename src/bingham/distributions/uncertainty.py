@@ -9,6 +9,7 @@ from typing import Any, ParamSpec, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from scipy.special import chdtri
 
 from bingham.distributions.normalizer import log_normalizer, log_normalizer_derivatives
 from bingham.errors import InvalidArgumentError
@@ -20,6 +21,7 @@ __all__ = [
     "covariance",
     "credible_angle",
     "frame_required",
+    "heading_and_inclination",
     "moment_from_covariance",
     "standard_errors",
 ]
@@ -127,6 +129,18 @@ def covariance(M: FloatArray, w: FloatArray, frame: str, undefined: str) -> Floa
     e = (compose(back, axes) if body else compose(axes, back))[..., :3, 1:]
     c = 4.0 * np.einsum("...ki,...k,...kj->...ij", e, w[..., :3], e)
     return np.where(vague[..., None, None], np.nan, c) if np.any(vague) else c
+
+
+def heading_and_inclination(covariance: FloatArray, level: float = 0.95) -> tuple[FloatArray, FloatArray]:
+    """Return how far heading and inclination may be off, rad (...), of covariances (..., 3, 3) in world axes, rad².
+
+    The half-width of a normal variable's interval about the vertical third axis, and the radius of a disc that holds at
+    least as much of the other two: their largest standard deviation times √χ²₂.
+    """
+    a, b, c = covariance[..., 0, 0], covariance[..., 0, 1], covariance[..., 1, 1]
+    widest = (a + c) / 2.0 + np.hypot((a - c) / 2.0, b)
+    across = math.sqrt(chdtri(1, 1.0 - level)) * np.sqrt(covariance[..., 2, 2])
+    return across, math.sqrt(chdtri(2, 1.0 - level)) * np.sqrt(widest)
 
 
 def moment_from_covariance(mode: FloatArray, c: ArrayLike, frame: str) -> tuple[FloatArray, FloatArray]:

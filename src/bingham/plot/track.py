@@ -6,10 +6,11 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import chdtri, ndtri
+from scipy.special import ndtri
 
 from bingham.decimate import envelope_indices, gaps
 from bingham.distributions.bingham import Bingham
+from bingham.distributions.uncertainty import heading_and_inclination
 from bingham.errors import InvalidArgumentError
 from bingham.plot.sphere import draw_axes_cloud, draw_axes_density, draw_axes_path, draw_sphere
 from bingham.plot.style import (
@@ -29,7 +30,7 @@ from bingham.plot.style import (
     since_start,
     unbroken,
 )
-from bingham.rotations import compose, conjugate, from_rotation_vector, rotate, to_rotation_vector
+from bingham.rotations import compose, conjugate, from_rotation_vector, rotate, to_rotation_vector, yaw_pitch_roll
 from bingham.validation import as_numbers
 
 __all__ = ["plot_track"]
@@ -38,7 +39,6 @@ FloatArray = NDArray[np.float64]
 
 LEVEL = 0.95
 PER_AXIS = float(ndtri((1 + LEVEL) / 2))  # half-width of a normal variable's interval, standard deviations
-IN_PLANE = float(np.sqrt(chdtri(2, 1 - LEVEL)))  # radius of a plane normal variable's disc, the same
 CLOUDS, CLOUD_SIZE = 12, 80
 DENSITY = 50_000  # samples that a density of directions needs
 LONG_PATH = 40.0  # rad an axis travels, beyond which its path would be a tangle and its density is drawn
@@ -151,16 +151,15 @@ def _broken(rows: FloatArray, at: NDArray[np.intp]) -> FloatArray:
 
 def _draw_angles(axes: Any, t: FloatArray, q: FloatArray, covariance: FloatArray, truth: FloatArray | None) -> None:
     """Yaw, pitch and roll (intrinsic z, y', x'') with bands, true ones dotted."""
-    angle, jacobian = _yaw_pitch_roll(q)
-    half = np.sqrt(np.sum(jacobian @ covariance * jacobian, axis=2))
-    band = _known(PER_AXIS * np.degrees(half))
+    angle = yaw_pitch_roll(q)
+    band = _known(PER_AXIS * np.degrees(_spread_of_angles(angle, covariance)))
     lines = [unbroken(np.degrees(column)) for column in angle.T]
+    true = () if truth is None else np.degrees(yaw_pitch_roll(truth)).T
     for k, (name, colour) in enumerate(zip(("yaw", "pitch", "roll"), AXIS_COLOURS[::-1], strict=True)):
         draw_line(axes, t, lines[k], color=colour, lw=0.9, label=name)
         draw_between(axes, t, lines[k] - band[:, k], lines[k] + band[:, k], color=colour, alpha=0.2)
-        if truth is not None:
-            true = unbroken(np.degrees(_yaw_pitch_roll(truth)[0][:, k]))
-            draw_line(axes, t, true, color=INK, lw=0.6, ls=":")
+        if len(true):
+            draw_line(axes, t, unbroken(true[k]), color=INK, lw=0.6, ls=":")
     if truth is not None:
         axes.plot([], [], color=INK, lw=0.6, ls=":", label="truth")
     if np.isfinite(band).any():
@@ -171,22 +170,25 @@ def _draw_angles(axes: Any, t: FloatArray, q: FloatArray, covariance: FloatArray
     legend_above(axes, 5)
 
 
-def _yaw_pitch_roll(q: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return R = R_z(yaw) R_y(pitch) R_x(roll), (T, 3), and their change with a small world rotation, (T, 3, 3)."""
-    w, x, y, z = q.T
-    yaw = np.arctan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))
-    pitch = np.arcsin(np.clip(2 * (w * y - z * x), -1, 1))
-    roll = np.arctan2(2 * (w * x + y * z), 1 - 2 * (x * x + y * y))
-    c, s = np.cos(yaw), np.sin(yaw)
+def _spread_of_angles(angle: FloatArray, covariance: FloatArray) -> FloatArray:
+    """Standard deviations (T, 3) of yaw, pitch, roll (T, 3) for the covariance (T, 3, 3) of a small world rotation.
+
+    The angles' change is J r, J = [[c tan p, s tan p, 1], [−s, c, 0], [c / cos p, s / cos p, 0]], c, s of the yaw.
+    """
+    c, s = np.cos(angle[:, 0]), np.sin(angle[:, 0])
     # Upright the three angles are not defined; the band is then as wide as the circle.
-    cosine = np.maximum(np.cos(pitch), 1e-6)
-    zero, one = np.zeros_like(c), np.ones_like(c)
-    rows = [
-        [c * np.sin(pitch) / cosine, s * np.sin(pitch) / cosine, one],
-        [-s, c, zero],
-        [c / cosine, s / cosine, zero],
-    ]
-    return np.stack([yaw, pitch, roll], axis=1), np.moveaxis(np.array(rows), 2, 0)
+    cosine = np.maximum(np.cos(angle[:, 1]), 1e-6)
+    sine = np.sin(angle[:, 1])
+    xx, xy, yy = covariance[:, 0, 0], covariance[:, 0, 1], covariance[:, 1, 1]
+    along = c * c * xx + 2.0 * c * s * xy + s * s * yy
+    mixed = c * covariance[:, 0, 2] + s * covariance[:, 1, 2]
+    tangent = sine / cosine
+    variances = (
+        tangent * tangent * along + 2.0 * tangent * mixed + covariance[:, 2, 2],
+        s * s * xx - 2.0 * c * s * xy + c * c * yy,
+        along / (cosine * cosine),
+    )
+    return np.sqrt(np.stack(variances, axis=1))
 
 
 def _known(half_deg: FloatArray) -> FloatArray:
@@ -200,9 +202,8 @@ def _error_deg(q: FloatArray, truth: FloatArray) -> FloatArray:
 
 def _half_widths(covariance: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Heading's 95 % half-width and a radius about the vertical that holds at least 95 %, degrees (T,)."""
-    (a, b), (_, c) = covariance[:, 0, :2].T, covariance[:, 1, :2].T
-    widest = (a + c) / 2 + np.hypot((a - c) / 2, b)
-    return _known(PER_AXIS * np.degrees(np.sqrt(covariance[:, 2, 2]))), _known(IN_PLANE * np.degrees(np.sqrt(widest)))
+    across, around = heading_and_inclination(covariance, LEVEL)
+    return _known(np.degrees(across)), _known(np.degrees(around))
 
 
 def _draw_widths(heading: Any, inclination: Any, t: FloatArray, q: FloatArray, covariance: FloatArray) -> None:
@@ -212,7 +213,7 @@ def _draw_widths(heading: Any, inclination: Any, t: FloatArray, q: FloatArray, c
         if not np.isfinite(width).any() and name == "heading" and np.isfinite(q).all(axis=1).any():
             yaw = np.full(len(q), np.nan)
             known = np.isfinite(q).all(axis=1)
-            yaw[known] = np.degrees(np.unwrap(_yaw_pitch_roll(q[known])[0][:, 0]))
+            yaw[known] = np.degrees(np.unwrap(yaw_pitch_roll(q[known])[:, 0]))
             draw_line(axes, t, yaw - yaw[known][0], color=AXIS_COLOURS[2], lw=0.9)
             axes.set_ylabel("heading since\nthe start [°]")
             continue

@@ -8,10 +8,12 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from scipy.special import ndtri
 
 from bingham.decimate import envelope, gaps
+from bingham.distributions.uncertainty import heading_and_inclination
 from bingham.errors import InvalidArgumentError
-from bingham.rotations import align_signs, compose, conjugate, to_rotation_vector
+from bingham.rotations import align_signs, compose, conjugate, to_rotation_vector, yaw_pitch_roll
 from bingham.validation import as_numbers
 
 __all__ = ["STRETCHES", "report_content"]
@@ -21,8 +23,7 @@ FloatArray = NDArray[np.float64]
 STRETCHES = 20_000  # of the time axis: each keeps its smallest and largest value
 CLOUDS = 4_000  # orientations whose covariance is kept
 MISSING = -32768  # int16 for NaN
-PER_AXIS = 1.959963984540054  # half-width of a normal variable's 95 % interval, standard deviations
-IN_PLANE = 2.447746830680816  # radius of the 95 % disc of two
+PER_AXIS = float(ndtri(0.975))  # half-width of a normal variable's 95 % interval, standard deviations
 START = 30.0  # s after which scales are set, or a quarter of the recording
 
 
@@ -79,10 +80,10 @@ def report_content(
 
 
 def _angles(q: FloatArray, truth: FloatArray | None) -> dict[str, Any]:
-    found = _yaw_pitch_roll(q)
+    found = np.degrees(yaw_pitch_roll(q)).T
     curves = [_curve(name, k, found[k], wraps=True) for k, name in enumerate(("yaw", "pitch", "roll"))]
     if truth is not None:
-        true = _yaw_pitch_roll(truth)
+        true = np.degrees(yaw_pitch_roll(truth)).T
         curves += [
             _curve(f"true {name}", k, true[k], dash=True, wraps=True) for k, name in enumerate(("yaw", "pitch", "roll"))
         ]
@@ -91,11 +92,7 @@ def _angles(q: FloatArray, truth: FloatArray | None) -> dict[str, Any]:
 
 def _uncertainty(q: FloatArray, c: FloatArray, truth: FloatArray | None, settled: int) -> list[dict[str, Any]]:
     """Heading and inclination: 95 % bounds, and errors where the truth is known."""
-    across = np.degrees(PER_AXIS * np.sqrt(c[:, 2, 2]))
-    half = (c[:, 0, 0] + c[:, 1, 1]) / 2.0
-    widest = half + np.hypot((c[:, 0, 0] - c[:, 1, 1]) / 2.0, c[:, 0, 1])
-    around = np.degrees(IN_PLANE * np.sqrt(widest))
-    across, around = np.minimum(across, 180.0), np.minimum(around, 180.0)
+    across, around = (np.minimum(np.degrees(half), 180.0) for half in heading_and_inclination(c))
     heading: list[dict[str, Any]] = []
     inclination: list[dict[str, Any]] = []
     if truth is not None:
@@ -144,17 +141,6 @@ def _curve(
     name: str, colour: int, value: FloatArray, *, dash: bool = False, band: str = "", wraps: bool = False
 ) -> dict[str, Any]:
     return {"name": name, "colour": colour, "value": value, "dash": dash, "band": band, "wraps": wraps}
-
-
-def _yaw_pitch_roll(q: FloatArray) -> FloatArray:
-    """Return yaw, pitch, roll (3, T), degrees, of R_z(yaw) R_y(pitch) R_x(roll)."""
-    w, x, y, z = q.T
-    angles = (
-        np.arctan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z)),
-        np.arcsin(np.clip(2 * (w * y - z * x), -1, 1)),
-        np.arctan2(2 * (w * x + y * z), 1 - 2 * (x * x + y * y)),
-    )
-    return np.degrees(np.array(angles))
 
 
 def _packed_panel(panel: dict[str, Any]) -> dict[str, Any]:
