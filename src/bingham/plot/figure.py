@@ -34,7 +34,7 @@ class FreeFigure(Figure):
             return
         if self.canvas.manager is None:
             import matplotlib
-            from matplotlib.backends import backend_registry
+            from matplotlib.backends.registry import backend_registry
 
             backend: Any = backend_registry.load_backend_module(matplotlib.get_backend())
             backend.FigureCanvas.new_manager(self, 1)
