@@ -51,9 +51,9 @@ def _are_few(z: FloatArray) -> bool:
     d = z.shape[-1]
     if d > RULE_DIMENSION or not 0 < z.size <= FEW * d:
         return False
-    wrong = ~(np.ptp(z, axis=-1) <= LARGEST)
-    if wrong.any():
-        raise _rejection(z[wrong][0] if z.ndim > 1 else z)
+    spans = z.max(axis=-1) - z.min(axis=-1)
+    if not (spans <= LARGEST).all():
+        raise _rejection(z[~(spans <= LARGEST)][0] if z.ndim > 1 else z)
     return True
 
 

@@ -6,6 +6,7 @@ from collections.abc import Callable
 from typing import Any, TypeVar, cast
 
 import numba
+from numba import types
 from numba.core.registry import CPUDispatcher
 
 from bingham.kernels.cache import kernel_cache
@@ -18,7 +19,14 @@ F = TypeVar("F", bound=Callable[..., Any])
 FAST_MATH = {"contract", "reassoc"}
 
 
-class _Inner(CPUDispatcher):
+class _Kernel(CPUDispatcher):
+    """A function that is compiled once for its types, not once more for every constant that a caller passes."""
+
+    def get_call_template(self, args: Any, kws: Any) -> Any:
+        return super().get_call_template(tuple(types.unliteral(a) for a in args), kws)
+
+
+class _Inner(_Kernel):
     """A function whose machine code only compiled code can call."""
 
     def __call__(self, *args: Any, **kwargs: Any) -> Any:
@@ -59,8 +67,7 @@ def compiled(*, inline: bool = False, parallel: bool = False, exact: bool = Fals
         if parallel:
             options["parallel"] = True
         dispatcher: Any = numba.njit(**options)(function)
-        if inner:
-            dispatcher.__class__ = _Inner
+        dispatcher.__class__ = _Inner if inner else _Kernel
         dispatcher._cache = kernel_cache(function)
         return cast(F, dispatcher)
 

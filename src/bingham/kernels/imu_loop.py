@@ -22,6 +22,7 @@ from bingham.kernels.imu_model import (
     SIZE,
     UNKNOWN,
     begin,
+    copy,
     rotation_matrix,
 )
 from bingham.kernels.imu_orientation import ORIENTATION_USED, ORIENTATION_WAITS, advance, flush, observe, passed
@@ -377,10 +378,11 @@ def report(s, w, row, begin, out, waiting, orientations, kept, count, restart):
     if kept.size > 0:
         u = kept[count]
         u.index, u.restart = row, restart
-        u.error[:] = w.error
-        u.F[:, :] = w.F
-        u.predicted[:, :] = w.predicted
-        u.filtered[:, :] = s.covariance
+        for k in range(SIZE):
+            u.error[k] = w.error[k]
+        copy(u.F, w.F)
+        copy(u.predicted, w.predicted)
+        copy(u.filtered, s.covariance)
 
 
 @compiled()
@@ -491,14 +493,14 @@ def smooth(kept, out):
         if e == count - 1 or kept[e + 1].restart >= 0:
             continue
         F, predicted, later = kept[e + 1].F, kept[e + 1].predicted, kept[e + 1].filtered
-        gain[:, :] = p
+        copy(gain, p)
         for i in range(n):
             for k in range(n):
                 f = F[i, k]
                 if f != 0.0 and k != i:
                     for j in range(n):
                         gain[i, j] += f * p[k, j]
-        factor[:, :] = predicted
+        copy(factor, predicted)
         solve(factor, gain)
         for i in range(n):
             for j in range(n):

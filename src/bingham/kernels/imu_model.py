@@ -14,7 +14,7 @@ import numpy as np
 from bingham.kernels.compile import compiled
 from bingham.kernels.quaternion import from_rotation_vector, product
 
-__all__ = ["SIZE", "STATE", "WORK", "begin", "condition", "correct", "predict", "rotation_matrix", "update"]
+__all__ = ["SIZE", "STATE", "WORK", "begin", "condition", "copy", "correct", "predict", "rotation_matrix", "update"]
 
 THETA, VELOCITY, BIAS, FORCE_BIAS, SIZE = 0, 3, 6, 9, 12
 STATE = np.dtype([
@@ -223,6 +223,15 @@ def process_noise(s, par, Q):
 
 
 @compiled()
+def copy(target, source):
+    """Copy a matrix; Numba's own assignment of slices takes four seconds to compile."""
+    n = source.shape[0]
+    for i in range(n):
+        for j in range(n):
+            target[i, j] = source[i, j]
+
+
+@compiled()
 def predict(s, w):
     """P ← F P Fᵀ + Q, kept in w.predicted too; zeros of F cost nothing."""
     p, a = s.covariance, w.product
@@ -251,7 +260,7 @@ def predict(s, w):
             for j in range(n):
                 p[i, j] *= root
                 p[j, i] *= root
-    w.predicted[:, :] = p
+    copy(w.predicted, p)
 
 
 @compiled()
@@ -397,7 +406,7 @@ def update(s, par, w):
     keep = s.lost.copy()
     v, b = s.lost_velocity, s.lost_bias
     clear(s)
-    s.lost[:, :] = keep
+    copy(s.lost, keep)
     s.lost_velocity, s.lost_bias = v, b
 
 

@@ -11,7 +11,7 @@ import math
 
 from bingham.kernels.compile import compiled
 from bingham.kernels.gap import LONG_GAP, gap_variance, is_gap
-from bingham.kernels.imu_model import SIZE, condition, correct, rotate_left, rotation_matrix, update
+from bingham.kernels.imu_model import SIZE, condition, copy, correct, rotate_left, rotation_matrix, update
 from bingham.kernels.quaternion import from_rotation_vector, product
 
 __all__ = ["NO_ORIENTATION", "ORIENTATION_REJECTED", "ORIENTATION_USED", "ORIENTATION_WAITS", "advance", "observe"]
@@ -41,7 +41,7 @@ def advance(s, par, w):
     if s.elapsed > 0.0:
         update(s, par, w)
     else:  # nothing has happened since the last update
-        w.predicted[:, :] = s.covariance
+        copy(w.predicted, s.covariance)
         s.evidence = 0.0
         for i in range(SIZE):
             w.error[i] = 0.0

@@ -12,14 +12,27 @@ from __future__ import annotations
 import math
 
 from bingham.kernels.compile import compiled
+from bingham.kernels.fma import fma
 
-__all__ = ["diagonalize", "diagonalize_4", "orthonormalize_4", "solve"]
+__all__ = ["diagonalize", "diagonalize_4", "dot_4", "orthonormalize_4", "solve"]
 
 MAX_SWEEPS = 30
 # Squares of relative sizes below which an off-diagonal entry no longer moves an eigenvalue (or vector) in a double.
 NEGLIGIBLE = (1e-16) ** 2
 NEGLIGIBLE_GAP = (1e-17) ** 2
 SMALL = (1e-3) ** 2
+
+
+@compiled(inline=True, exact=True)
+def dot_4(a, i, b, j):
+    """Return Σ a[i, k] b[j, k] over k < 4."""
+    return fma(a[i, 0], b[j, 0], a[i, 1] * b[j, 1]) + fma(a[i, 2], b[j, 2], a[i, 3] * b[j, 3])
+
+
+@compiled(inline=True, exact=True)
+def _turned(c, s, x, y):
+    """Return (c x − s y, s x + c y)."""
+    return fma(c, x, -(s * y)), fma(s, x, c * y)
 
 
 @compiled(inline=True, exact=True)
@@ -65,16 +78,14 @@ def diagonalize_4(b, values, frame):
                 quiet = False
                 b0, b1, b2, b3 = b0 - t, b1 + t, b2 - u, b3 + u
                 b01 = b23 = 0.0
-                b02, b12 = c * b02 - s * b12, s * b02 + c * b12
-                b03, b13 = c * b03 - s * b13, s * b03 + c * b13
-                b02, b03 = d * b02 - r * b03, r * b02 + d * b03
-                b12, b13 = d * b12 - r * b13, r * b12 + d * b13
+                b02, b12 = _turned(c, s, b02, b12)
+                b03, b13 = _turned(c, s, b03, b13)
+                b02, b03 = _turned(d, r, b02, b03)
+                b12, b13 = _turned(d, r, b12, b13)
                 for k in range(4):
-                    y, w = frame[0, k], frame[i1, k]
-                    frame[0, k], frame[i1, k] = c * y - s * w, s * y + c * w
+                    frame[0, k], frame[i1, k] = _turned(c, s, frame[0, k], frame[i1, k])
                 for k in range(4):
-                    y, w = frame[i2, k], frame[i3, k]
-                    frame[i2, k], frame[i3, k] = d * y - r * w, r * y + d * w
+                    frame[i2, k], frame[i3, k] = _turned(d, r, frame[i2, k], frame[i3, k])
             b1, b2, b3, i1, i2, i3 = b2, b3, b1, i2, i3, i1
             b01, b02, b03, b23, b13, b12 = b02, b03, b01, b13, b12, b23
         if quiet:
@@ -106,16 +117,15 @@ def orthonormalize_4(frame):
     """
     for i in range(3, -1, -1):
         for j in range(3, i - 1, -1):
-            t = 0.0
-            for k in range(4):
-                t += frame[i, k] * frame[j, k]
+            t = dot_4(frame, i, frame, j)
             if j > i:
                 for k in range(4):
-                    frame[i, k] -= t * frame[j, k]
+                    frame[i, k] = fma(-t, frame[j, k], frame[i, k])
             else:
                 # The drift of one step is at rounding level, where 1/√t = (3 − t)/2.
+                t = 1.5 - 0.5 * t
                 for k in range(4):
-                    frame[i, k] *= 1.5 - 0.5 * t
+                    frame[i, k] *= t
 
 
 @compiled(exact=True)
@@ -135,17 +145,13 @@ def diagonalize(b, values, frame):
                 b[p, p] -= t
                 b[q, q] += t
                 for i in range(p):
-                    y, w = b[i, p], b[i, q]
-                    b[i, p], b[i, q] = c * y - s * w, s * y + c * w
+                    b[i, p], b[i, q] = _turned(c, s, b[i, p], b[i, q])
                 for i in range(p + 1, q):
-                    y, w = b[p, i], b[i, q]
-                    b[p, i], b[i, q] = c * y - s * w, s * y + c * w
+                    b[p, i], b[i, q] = _turned(c, s, b[p, i], b[i, q])
                 for i in range(q + 1, d):
-                    y, w = b[p, i], b[q, i]
-                    b[p, i], b[q, i] = c * y - s * w, s * y + c * w
+                    b[p, i], b[q, i] = _turned(c, s, b[p, i], b[q, i])
                 for i in range(d):
-                    y, w = frame[p, i], frame[q, i]
-                    frame[p, i], frame[q, i] = c * y - s * w, s * y + c * w
+                    frame[p, i], frame[q, i] = _turned(c, s, frame[p, i], frame[q, i])
         if quiet:
             break
         sweep += 1

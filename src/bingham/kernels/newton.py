@@ -30,11 +30,14 @@ def _start(w, v):
     for i in range(w.size):
         s2 += w[i] * w[i]
         s3 += w[i] * w[i] * w[i]
+    s2 = 1.0 / s2
+    s3 *= s2 * s2
     for i in range(w.size):
-        v[i] = w[i] / (1.0 + 2.0 * (w[i] * s3 / (s2 * s2) - w[i] * w[i] / s2))
+        v[i] = w[i] / (1.0 + 2.0 * w[i] * (s3 - w[i] * s2))
         total += v[i]
+    total = 1.0 / total
     for i in range(w.size):
-        v[i] /= total
+        v[i] *= total
 
 
 @compiled(inline=True, exact=True)

@@ -12,6 +12,7 @@ import math
 import numpy as np
 
 from bingham.kernels.compile import compiled
+from bingham.kernels.fma import fma
 from bingham.kernels.linalg import diagonalize_4, orthonormalize_4
 from bingham.kernels.newton import newton, newton_4
 from bingham.kernels.numpy_rule import LARGEST, LOG_FRONT, SI, SR
@@ -57,12 +58,12 @@ def _block(w, d):
         g0, g1, g2 = w[G0 + i] * n, w[G1 + i] * n * one, w[G2 + i] * n * two
         w[G0 + i], w[G1 + i], w[G2 + i], w[G3 + i] = g0, g1, g2, w[G3 + i] * n
         n = 0.25 / w[F + i]
-        w[H00 + i] = 3.0 * n * w[H00 + i] - g0 * g0
-        w[H11 + i] = (3.0 * n * w[H11 + i] - g1 * g1) * one
-        w[H22 + i] = (3.0 * n * w[H22 + i] - g2 * g2) * two
-        w[H01 + i] = (n * w[H01 + i] - g0 * g1) * one
-        w[H02 + i] = (n * w[H02 + i] - g0 * g2) * two
-        w[H12 + i] = (n * w[H12 + i] - g1 * g2) * two
+        w[H00 + i] = fma(3.0 * n, w[H00 + i], -(g0 * g0))
+        w[H11 + i] = fma(3.0 * n, w[H11 + i], -(g1 * g1)) * one
+        w[H22 + i] = fma(3.0 * n, w[H22 + i], -(g2 * g2)) * two
+        w[H01 + i] = fma(n, w[H01 + i], -(g0 * g1)) * one
+        w[H02 + i] = fma(n, w[H02 + i], -(g0 * g2)) * two
+        w[H12 + i] = fma(n, w[H12 + i], -(g1 * g2)) * two
 
 
 @compiled()
@@ -112,16 +113,21 @@ def derivatives_lanes(z, log_f, gradient, hessian):
             h11, h12, h22 = w[H11 + i], w[H12 + i], w[H22 + i]
             # log F(z + c) = log F(z) + c, hence every row of the Hessian sums to zero.
             h03, h13, h23 = -h00 - h01 - h02, -h01 - h11 - h12, -h02 - h12 - h22
+            if d == 4:  # without jumps
+                p, q, r = 3 if j == 0 else 0, 3 if j == 1 else 1, 3 if j == 2 else 2
+                g[p], g[q], g[r], g[j] = w[G0 + i], w[G1 + i], w[G2 + i], w[G3 + i]
+                h[p, p], h[p, q], h[p, r], h[p, j] = h00, h01, h02, h03
+                h[q, p], h[q, q], h[q, r], h[q, j] = h01, h11, h12, h13
+                h[r, p], h[r, q], h[r, r], h[r, j] = h02, h12, h22, h23
+                h[j, p], h[j, q], h[j, r], h[j, j] = h03, h13, h23, -h03 - h13 - h23
+                continue
             last = d - 1
-            p, q, r = last if j == 0 else 0, last if j == 1 else 1, last if j == 2 else 2
+            p, q = last if j == 0 else 0, last if j == 1 else 1
             g[p], g[j] = w[G0 + i], w[G3 + i]
             h[p, p], h[p, j], h[j, p], h[j, j] = h00, h03, h03, -h03 - h13 - h23
             if d > 2:
                 g[q] = w[G1 + i]
                 h[p, q], h[q, p], h[q, q], h[q, j], h[j, q] = h01, h01, h11, h13, h13
-            if d > 3:
-                g[r] = w[G2 + i]
-                h[p, r], h[r, p], h[q, r], h[r, q], h[r, r], h[r, j], h[j, r] = h02, h02, h12, h12, h22, h23, h23
     return -1
 
 

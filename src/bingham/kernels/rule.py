@@ -13,6 +13,7 @@ import math
 import numpy as np
 
 from bingham.kernels.compile import compiled
+from bingham.kernels.fma import fma
 from bingham.kernels.numpy_rule import CI, CR, LOG_FRONT, SI, SR
 
 __all__ = ["WEIGHTS_I", "WEIGHTS_R", "moments_2", "moments_4", "node_4", "sums_4"]
@@ -32,12 +33,12 @@ def node_4(sr, si, cr, ci, z0, z1, z2):
     """
     a0, a1, a2 = sr - z0, sr - z1, sr - z2
     ss = si * si
-    m0, m1, m2, m3 = a0 * a0 + ss, a1 * a1 + ss, a2 * a2 + ss, sr * sr + ss
+    m0, m1, m2, m3 = fma(a0, a0, ss), fma(a1, a1, ss), fma(a2, a2, ss), fma(sr, sr, ss)
     # One root of the product r of all four factors, |r|² = ∏ mᵢ; n = 1/|r|².
     m01, m23 = m0 * m1, m2 * m3
-    pr, pi = a0 * a1 - ss, si * (a0 + a1)
-    qr, qi = a2 * sr - ss, si * (a2 + sr)
-    rr, ri = pr * qr - pi * qi, pr * qi + pi * qr
+    pr, pi = fma(a0, a1, -ss), si * (a0 + a1)
+    qr, qi = fma(a2, sr, -ss), si * (a2 + sr)
+    rr, ri = fma(pr, qr, -(pi * qi)), fma(pr, qi, pi * qr)
     n = 1.0 / (m01 * m23)
     size = math.sqrt(m01 * m23)
     x = 0.5 * (size + abs(rr))
@@ -53,21 +54,21 @@ def node_4(sr, si, cr, ci, z0, z1, z2):
     negative = (not low) if above != (qi > 0.0) else (not above)
     k = size * n
     k = -k if negative else k
-    fr, fi = (cr * xr + ci * xi) * k, (ci * xr - cr * xi) * k
+    fr, fi = fma(cr, xr, ci * xi) * k, fma(ci, xr, -(cr * xi)) * k
     m01 *= n
     m23 *= n
     n0, n1, n2, n3 = m23 * m1, m23 * m0, m01 * m3, m01 * m2
     # 1/(s − zᵢ) = nᵢ (aᵢ − i·si)
     hr, hi = fr * si, fi * si
-    r0, i0 = (fr * a0 + hi) * n0, (fi * a0 - hr) * n0
-    r1, i1 = (fr * a1 + hi) * n1, (fi * a1 - hr) * n1
-    r2, i2 = (fr * a2 + hi) * n2, (fi * a2 - hr) * n2
-    i3 = (fi * sr - hr) * n3
+    r0, i0 = fma(fr, a0, hi) * n0, fma(fi, a0, -hr) * n0
+    r1, i1 = fma(fr, a1, hi) * n1, fma(fi, a1, -hr) * n1
+    r2, i2 = fma(fr, a2, hi) * n2, fma(fi, a2, -hr) * n2
+    i3 = fma(fi, sr, -hr) * n3
     r0 *= si
     r1 *= si
     r2 *= si
-    return (fi, i0, i1, i2, i3, (i0 * a0 - r0) * n0, (i0 * a1 - r0) * n1, (i0 * a2 - r0) * n2,
-            (i1 * a1 - r1) * n1, (i1 * a2 - r1) * n2, (i2 * a2 - r2) * n2)  # fmt: skip
+    return (fi, i0, i1, i2, i3, fma(i0, a0, -r0) * n0, fma(i0, a1, -r0) * n1, fma(i0, a2, -r0) * n2,
+            fma(i1, a1, -r1) * n1, fma(i1, a2, -r1) * n2, fma(i2, a2, -r2) * n2)  # fmt: skip
 
 
 @compiled(inline=True, exact=True)
@@ -105,8 +106,13 @@ def sums_4(z0, z1, z2, d, cr, ci, terms):
     g2 *= n
     g3 *= n
     n = 0.25 / f
-    h00, h11, h22 = 3.0 * n * terms[40] - g0 * g0, 3.0 * n * terms[64] - g1 * g1, 3.0 * n * terms[80] - g2 * g2
-    h01, h02, h12 = n * terms[48] - g0 * g1, n * terms[56] - g0 * g2, n * terms[72] - g1 * g2
+    three = 3.0 * n
+    h00, h11, h22 = (
+        fma(three, terms[40], -(g0 * g0)),
+        fma(three, terms[64], -(g1 * g1)),
+        fma(three, terms[80], -(g2 * g2)),
+    )
+    h01, h02, h12 = fma(n, terms[48], -(g0 * g1)), fma(n, terms[56], -(g0 * g2)), fma(n, terms[72], -(g1 * g2))
     return f, g0, g1, g2, g3, h00, h01, h02, h11, h12, h22
 
 
@@ -126,19 +132,21 @@ def moments_2(z1, terms):
     for k in range(8):
         si = SI[k]
         a, c = SR[k] - z1, SR[k]
-        pr, pi = a * c - si * si, si * (a + c)
+        ss = si * si
+        pr, pi = fma(a, c, -ss), si * (a + c)
         # √p with positive imaginary part.
-        t = math.sqrt(0.5 * (math.sqrt(pr * pr + pi * pi) + abs(pr)))
+        t = math.sqrt(0.5 * (math.sqrt(fma(pr, pr, pi * pi)) + abs(pr)))
         u = 0.5 * pi / t
         right = pr >= 0.0
         rr, ri = math.copysign(t, pi) if right else u, abs(u) if right else t
-        n = 1.0 / (rr * rr + ri * ri)
-        fr, fi = (CR[k] * rr + CI[k] * ri) * n, (CI[k] * rr - CR[k] * ri) * n
-        n = 1.0 / (a * a + si * si)
+        n = 1.0 / fma(rr, rr, ri * ri)
+        fr, fi = fma(CR[k], rr, CI[k] * ri) * n, fma(CI[k], rr, -(CR[k] * ri)) * n
+        n = 1.0 / fma(a, a, ss)
         a, b = a * n, -si * n
-        n = 1.0 / (c * c + si * si)
-        tr, ti = fr * a - fi * b, fr * b + fi * a
-        terms[k], terms[8 + k], terms[16 + k], terms[24 + k] = fi, ti, (fi * c - fr * si) * n, tr * b + ti * a
+        n = 1.0 / fma(c, c, ss)
+        tr, ti = fma(fr, a, -(fi * b)), fma(fr, b, fi * a)
+        terms[k], terms[8 + k], terms[16 + k], terms[24 + k] = (
+            fi, ti, fma(fi, c, -(fr * si)) * n, fma(tr, b, ti * a))  # fmt: skip
     _add_up(terms, 4)
     f, g1, g2, h = terms[0], terms[8], terms[16], terms[24]
     w = g1 / (g1 + g2)

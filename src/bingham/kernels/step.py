@@ -12,7 +12,8 @@ import math
 import numpy as np
 
 from bingham.kernels.compile import compiled
-from bingham.kernels.linalg import diagonalize_4, orthonormalize_4
+from bingham.kernels.fma import fma
+from bingham.kernels.linalg import diagonalize_4, dot_4, orthonormalize_4
 from bingham.kernels.newton import newton_4
 from bingham.kernels.quaternion import rotate_rows
 from bingham.kernels.rule import moments_4
@@ -117,15 +118,12 @@ def update_4(z, frame, likelihood_z, likelihood_frame, work):
     _, c, b, _, _ = work
     for i in range(4):
         for m in range(4):
-            t = 0.0
-            for k in range(4):
-                t += frame[i, k] * likelihood_frame[m, k]
-            c[i, m] = t
+            c[i, m] = dot_4(frame, i, likelihood_frame, m)
     for i in range(4):
         for j in range(i, 4):
-            t = 0.0
-            for m in range(4):
-                t += likelihood_z[m] * c[i, m] * c[j, m]
+            t = likelihood_z[0] * c[i, 0] * c[j, 0]
+            for m in range(1, 4):
+                t = fma(likelihood_z[m] * c[i, m], c[j, m], t)
             b[i, j] = t
     return _posterior_4(z, frame, work)
 
@@ -136,16 +134,10 @@ def add_matrix_4(z, frame, matrix, work):
     _, c, b, _, _ = work
     for i in range(4):
         for k in range(4):
-            t = 0.0
-            for m in range(4):
-                t += frame[i, m] * matrix[m, k]
-            c[i, k] = t
+            c[i, k] = dot_4(frame, i, matrix, k)
     for i in range(4):
         for j in range(i, 4):
-            t = 0.0
-            for k in range(4):
-                t += c[i, k] * frame[j, k]
-            b[i, j] = t
+            b[i, j] = dot_4(c, i, frame, j)
     return _posterior_4(z, frame, work)
 
 
