@@ -319,7 +319,7 @@ class ImuFilter:
             np.array(recording.gyroscope),
             none if force is None else np.array(force),
             none if field is None else np.array(field),
-            seen,
+            seen if len(seen) or state.record["seen"] else None,
             out,
             kept,
         )

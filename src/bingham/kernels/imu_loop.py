@@ -24,6 +24,7 @@ from bingham.kernels.imu_model import (
     begin,
     copy,
     rotation_matrix,
+    update,
 )
 from bingham.kernels.imu_orientation import ORIENTATION_USED, ORIENTATION_WAITS, advance, flush, observe, passed
 from bingham.kernels.quaternion import from_rotation_vector, product
@@ -372,7 +373,7 @@ def report(s, w, row, begin, out, waiting, orientations, kept, count, restart):
     for k in range(begin, row):
         if out[k].code == PENDING:
             out[k].code, out[k].statistic = s.code, s.statistic
-    if waiting >= 0 and s.seen == 0:
+    if orientations is not None and waiting >= 0 and s.seen == 0:
         z = orientations[waiting]
         z.code, z.nis, z.evidence = s.seen_code, s.seen_nis, s.seen_evidence
     if kept.size > 0:
@@ -386,11 +387,29 @@ def report(s, w, row, begin, out, waiting, orientations, kept, count, restart):
 
 
 @compiled()
+def take(s, par, w, row, begin, out, waiting, orientations, seen, kept, count, restart):
+    """Let the next orientation wait, after the one that still does; return begin, restart, count and waiting."""
+    z = orientations[seen]
+    if s.seen > 0:
+        out[row].evidence += flush(s, par, w)
+        report(s, w, row, begin, out, waiting, orientations, kept, count, restart)
+        begin, restart, count = row, -1, count + 1
+    started = s.phase > 0
+    waiting = -1
+    if observe(s, par, z.time, z.orientation, z.covariance):
+        waiting, z.code = seen, ORIENTATION_WAITS
+    elif s.phase > 0 and not started:
+        z.code = ORIENTATION_USED
+    return begin, restart, count, waiting
+
+
+@compiled()
 def run(s, par, w, time, gyroscope, accelerometer, magnetometer, orientations, out, kept):
     """Filter samples of one recording; s holds the state before and after.
 
     time (N,), gyroscope, accelerometer, magnetometer (N, 3), the latter two NaN where there is no sample, or (0, 3).
-    orientations: `SEEN` records (M,), in the order of their times, each used once the gyroscope has passed it.
+    orientations: `SEEN` records (M,), in the order of their times, each used once the gyroscope has passed it; or None,
+    for which nothing about them is compiled.
     out: `TRACK` records (N,), one a sample; kept: `UPDATE` records for the smoother, or empty. Before the start
     orientations and covariances stay as given. Returns the number of updates.
     """
@@ -399,41 +418,42 @@ def run(s, par, w, time, gyroscope, accelerometer, magnetometer, orientations, o
     size = time.size
     for t in range(size):
         o = out[t]
-        # First the orientations since the last sample, at the end those of the time of this one.
-        for last in range(2):
-            while seen < orientations.size and (
-                orientations[seen].time < time[t] or (last == 1 and orientations[seen].time == time[t])
-            ):
-                z = orientations[seen]
-                if s.seen > 0:
-                    o.evidence += flush(s, par, w)
-                    report(s, w, t, begin, out, waiting, orientations, kept, count, restart)
-                    begin, restart, count = t, -1, count + 1
-                started = s.phase > 0
-                waiting = -1
-                if observe(s, par, z.time, z.orientation, z.covariance):
-                    waiting, z.code = seen, ORIENTATION_WAITS
-                elif s.phase > 0 and not started:
-                    z.code = ORIENTATION_USED
+        if orientations is not None:  # those since the last sample
+            while seen < orientations.size and orientations[seen].time < time[t]:
+                begin, restart, count, waiting = take(
+                    s, par, w, t, begin, out, waiting, orientations, seen, kept, count, restart
+                )
                 seen += 1
-            if last == 0:
-                if due(s, par):
-                    o.evidence += advance(s, par, w)
-                    report(s, w, t, begin, out, -1, orientations, kept, count, restart)
-                    begin, restart, count = t, -1, count + 1
-                rotate(s, par, w, time[t], gyroscope[t, 0], gyroscope[t, 1], gyroscope[t, 2])
+        if due(s, par):
+            if orientations is None:
+                update(s, par, w)
+            else:
+                advance(s, par, w)
+            o.evidence += s.evidence
+            report(s, w, t, begin, out, -1, orientations, kept, count, restart)
+            begin, restart, count = t, -1, count + 1
+        rotate(s, par, w, time[t], gyroscope[t, 0], gyroscope[t, 1], gyroscope[t, 2])
+        if orientations is not None and passed(s):
+            o.evidence += advance(s, par, w)
+            report(s, w, t, begin, out, waiting, orientations, kept, count, restart)
+            begin, restart, count = t, -1, count + 1
+        if accelerometer.shape[0] > 0 and not math.isnan(accelerometer[t, 0]):
+            accelerate(s, par, w, time[t], accelerometer[t, 0], accelerometer[t, 1], accelerometer[t, 2])
+            if s.restarted > 0:
+                restart, s.restarted = t, 0
+        o.code = ABSENT
+        if magnetometer.shape[0] > 0 and not math.isnan(magnetometer[t, 0]):
+            o.code = magnetize(s, time[t], magnetometer[t, 0], magnetometer[t, 1], magnetometer[t, 2])
+        if orientations is not None:  # those of the time of this one
+            while seen < orientations.size and orientations[seen].time == time[t]:
+                begin, restart, count, waiting = take(
+                    s, par, w, t, begin, out, waiting, orientations, seen, kept, count, restart
+                )
+                seen += 1
             if passed(s):
                 o.evidence += advance(s, par, w)
                 report(s, w, t, begin, out, waiting, orientations, kept, count, restart)
                 begin, restart, count = t, -1, count + 1
-            if last == 0:
-                if accelerometer.shape[0] > 0 and not math.isnan(accelerometer[t, 0]):
-                    accelerate(s, par, w, time[t], accelerometer[t, 0], accelerometer[t, 1], accelerometer[t, 2])
-                    if s.restarted > 0:
-                        restart, s.restarted = t, 0
-                o.code = ABSENT
-                if magnetometer.shape[0] > 0 and not math.isnan(magnetometer[t, 0]):
-                    o.code = magnetize(s, time[t], magnetometer[t, 0], magnetometer[t, 1], magnetometer[t, 2])
         o.rest = s.resting > 0
         o.unknown_heading = s.unknown_heading
         for i in range(3):
