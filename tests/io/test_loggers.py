@@ -129,6 +129,16 @@ FILES = {
         "time,seconds_elapsed,z,y,x\n" + rows(1e9 * (EPOCH + T), T, GYR[:, ::-1]),
         "",
     ),
+    "sensorlog": (
+        "log.csv",
+        "loggingTime(txt),loggingSample(N),gyroTimestamp_sinceReboot(s),"
+        + ",".join(f"accelerometerAcceleration{x}(G)" for x in "XYZ")
+        + ","
+        + ",".join(f"gyroRotation{x}(rad/s)" for x in "XYZ")
+        + "\n"
+        + stamped(clock("2024-03-01 10:00:{s} +0100"), BARE, T + 4321.0, -ACC / G, GYR),
+        "a",
+    ),
     "matlab-mobile": (
         "AngularVelocity.csv",
         "Timestamp,X,Y,Z\n" + stamped(clock("01-Mar-2024 10:00:{s}"), GYR),

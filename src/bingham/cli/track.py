@@ -200,7 +200,8 @@ def track(
         check_bags(found, output)
     if scheduler is not None:
         reject_options(given, ("jobs",), "no --scheduler, whose workers do the runs", scheduler)
-    announce_compilation()
+    if jobs == 1 and scheduler is None:
+        announce_compilation()
     if len(found) == 1 and (len(recordings) == 1 or "beside" in reading) and not glob.has_magic(recordings[0]):
         reject_options(given, ("jobs", "scheduler", "fail_fast", "fresh"), "several recordings", recordings[0])
         ((name, path),) = found.items()

@@ -9,7 +9,6 @@ from pathlib import Path
 from time import perf_counter
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from bingham.cli.calibrate import calibrated
 from bingham.cli.filtering import Filtering, fitted, note, rows_of
 from bingham.cli.output import Outputs
 from bingham.cli.source import Source, in_pieces, opened, opened_whole
@@ -88,6 +87,7 @@ def _track(
     step: Callable[[str], None],
     check: Callable[[bool], None],
 ) -> dict[str, Any]:
+    from bingham.cli.calibrate import calibrated
     from bingham.cli.output import Files, Sketch, draw_track, joined, write_pages, write_tum_of
     from bingham.cli.report import truth_of
     from bingham.cli.summary import Summary

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from bingham.errors import RecordingError
 from bingham.io.checks import note
 from bingham.io.dates import is_date
-from bingham.io.layout import COMMENTS, LONGEST_CELL, Layout
+from bingham.io.layout import COMMENTS, LONGEST_CELL, Layout, is_number, split_cells
 from bingham.io.text import TextFile
 
 __all__ = ["by_lines", "called", "numbered_rows"]
@@ -23,6 +23,12 @@ BATCH = 20_000  # rows that are in memory as text
 MISSING = ("", "nan", "NaN", "NAN", "-nan", "null", "NULL", "None", "NA", "N/A", "n/a")
 FLOAT = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?|[-+]?inf(?:inity)?", re.ASCII | re.IGNORECASE)
 INTEGER = re.compile(r"[-+]?\d{1,19}", re.ASCII)
+# Decimal mark → separator of thousands, and numbers with it that are no others.
+THOUSANDS = {
+    ".": (",", re.compile(r"[-+]?\d{1,3}(?:,\d{3})+\.\d*|[-+]?\d{1,3}(?:,\d{3}){2,}", re.ASCII)),
+    ",": (".", re.compile(r"[-+]?\d{1,3}(?:\.\d{3})+,\d*|[-+]?\d{1,3}(?:\.\d{3}){2,}", re.ASCII)),
+}
+FOOTER = 20  # lines below a table at most
 DECIMAL_COMMA = re.compile(r"[-+]?\d+,\d+([eE][-+]?\d+)?", re.ASCII)
 
 
@@ -36,15 +42,32 @@ def numbered_rows(text: TextFile, layout: Layout) -> Iterator[tuple[int, str]]:
     """Yield the numbered lines of the table: no comments, and no names once more, as loggers that restart write."""
     header = dict(text.head).get(layout.header, "").strip()
     repeated = 0
+    words: list[tuple[int, str]] = []  # lines without a number: below the table if no row follows
     for number, line in text.lines():
         if number < layout.first or line.lstrip().startswith(COMMENTS):
             continue
         if line.strip() == header:
             repeated += 1
+        elif number > layout.first and line.lstrip()[:1].isalpha() and _is_words(line, layout):
+            words.append((number, line))
+            if len(words) > FOOTER:
+                yield from words
+                words.clear()
         else:
+            yield from words
+            words.clear()
             yield number, line
+    if words:
+        first, said = words[0]
+        note(f"{text.path}: line {first} and those after it left out, which hold no numbers: {said[:40]!r}")
     if layout.header and repeated:
         note(f"{text.path}: the names of the columns stand in it {repeated + 1} times; taken as one table")
+
+
+def _is_words(line: str, layout: Layout) -> bool:
+    """Whether no cell of a line holds a number, a date or nothing in the place of one."""
+    cells = [cell for cell in split_cells(line, layout.separator) if cell]
+    return not any(is_number(cell, comma=layout.separator != ",") or is_date(cell) for cell in cells)
 
 
 def by_lines(text: TextFile, layout: Layout, kinds: dict[int, str], skipped: int = 0) -> Iterator[dict[int, Any]]:
@@ -132,6 +155,7 @@ def _converted(
             if not INTEGER.fullmatch(cell) or not -(2**63) <= int(cell) < 2**63:
                 raise _wrong(text, layout, column, number, cell, "an integer")
         return np.array([int(cell) for cell in cells], dtype=np.int64)
+    cells = _without_thousands(cells, layout.decimal)
     if layout.decimal == ",":
         cells = [cell.replace(",", ".") if "." not in cell else f"{cell}?" for cell in cells]
     together = "".join(cells)
@@ -149,6 +173,14 @@ def _converted(
         else:
             raise _wrong(text, layout, column, number, cell, "a number")
     return values
+
+
+def _without_thousands(cells: list[str], decimal: str) -> list[str]:
+    """Take separators of thousands out of cells in which both marks stand, ``1,234.5``, or one of them twice."""
+    mark, form = THOUSANDS[decimal]
+    if not any(mark in cell for cell in cells):
+        return cells
+    return [cell.replace(mark, "") if mark in cell and form.fullmatch(cell) else cell for cell in cells]
 
 
 def _wrong(text: TextFile, layout: Layout, column: int, line: int, cell: str, wanted: str) -> RecordingError:

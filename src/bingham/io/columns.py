@@ -29,8 +29,9 @@ from typing import NamedTuple
 from bingham.errors import InvalidArgumentError, RecordingError
 from bingham.io.checks import note
 from bingham.io.units import UNITS, bracketed, factor_of, spelled
+from bingham.io.words import TIME_WORDS, WORDS, joined, letter_of
 
-__all__ = ["COLUMNS", "QUANTITY", "Found", "checked_units", "group", "understand"]
+__all__ = ["COLUMNS", "QUANTITY", "Found", "add_parts", "checked_units", "group", "understand"]
 
 COLUMNS = {
     "time": ["t"],
@@ -50,20 +51,22 @@ ALIASES = {"time": "t", "timestamp": "t"}
 # Other names of a time, used where none of the above is there.
 TIMES = re.compile(
     r"(?:time_?stamp|date_?time|date|elapsed(?:_time)?|time_elapsed|seconds(?:_elapsed)?|secs|sec|sample_time(?:_fine)?|"
+    rf"{TIME_WORDS}|"
     r"(?:unix|epoch|sensor|system|utc|gps)_?(?:time|stamp|timestamp)?|time_since_start|epoc)(?:_(?P<unit>s|ms|us|ns))?"
 )
-SENSOR = (
-    r"(?P<sensor>g|gyro|gyr|gyros|gyroscope|w|omega|angular_velocity|angular_rate|ang_vel|rotation_rate"
-    r"|a|acc|accel|accelerometer|acceleration|specific_force"
-    r"|m|mag|magn|magnet|magnetometer|magnetic_field)"
-)
+SENSOR = f"(?P<sensor>{'|'.join(WORDS.values())})"
 # Other usual names of an inertial sensor's columns, words joined by underscores.
 SYNONYM = re.compile(
     rf"{SENSOR}(?:_(?:cal|calibrated|data|axis))?_?(?P<axis>[xyz])(?:_axis)?(?:_(?P<unit>\w+))?"
     r"|(?P<first>[xyz])_?(?:axis_)?(?P<last>gyro|gyr|gyroscope|acc|accel|accelerometer|mag|magnetometer)(?:_(?P<of>\w+))?"
 )
-QUATERNION = re.compile(r"(?:q|quat|quaternion|orientation|rotation|attitude)_?(?P<axis>[wxyz])")
-LETTER = {"g": "g", "w": "g", "o": "g", "r": "g", "m": "m", "s": "a"}
+QUATERNION = re.compile(r"(?:q|quat|quaternion|orientation|rotation|attitude)_?(?P<axis>[wxyzsijk])")
+PART = re.compile(
+    r"(?:(?:device_)?motion_)?(?:(?P<kind>user|linear)_acc(?:eleration|el)?|gravity|grav)_?(?P<axis>[xyz])"
+)
+COMPONENT = {"s": "w", "i": "x", "j": "y", "k": "z"}
+# Four numbers that do not say where the scalar is.
+NUMBERED = re.compile(r"(?:q|quat|quaternion|orientation|rotation|attitude)_?(?P<number>[0-4])")
 # Columns of a written track that a recording has no use for.
 TRACK_COLUMN = re.compile(
     r"cov_[xyz]{2}|z\d+|log_evidence|accepted|reason|(?:bias|heading|inclination|roll|pitch|yaw).*"
@@ -73,12 +76,14 @@ TRACK_COLUMN = re.compile(
 class Found(NamedTuple):
     """Columns that mean something: known name → number of the column and factor to SI.
 
-    ``told`` holds the quantities whose units the file or the caller names.
+    ``told`` holds the quantities whose units the file or the caller names; ``added`` a further column and its factor,
+    to be added to the column of that name: gravity, which some loggers part from what an accelerometer measures.
     """
 
     column: dict[str, int]
     factor: dict[str, float]
     told: set[str]
+    added: dict[str, tuple[int, float]]
 
     def add(self, name: str, column: int, factor: float | None) -> None:
         """Add a column; a factor of None says that nobody told the unit."""
@@ -128,7 +133,7 @@ def understand(
         Units that stand in a row below the names.
     """
     asked = checked_units(units)
-    found = Found({}, {}, set(asked))
+    found = Found({}, {}, set(asked), {})
     for name, theirs in columns.items():
         if name not in QUANTITY or theirs not in own:
             hint = f"file has: {', '.join(own)}"
@@ -150,18 +155,54 @@ def understand(
         if name in found.column:
             first = own[found.column[name]]
             hint = f"choose one by columns={{'{name}': ...}}"
+            if first == own[column]:
+                hint = "name every one in the order of the file, - for one to leave out: columns=['t', 'ax', ...]"
             raise RecordingError(path, place, f"columns {first!r} and {own[column]!r} both mean {name}", hint)
         unit = unit or (below[column] if below else None)
         found.add(name, column, _factor(path, place, own[column], quantity, unit, asked))
+    add_parts(path, place, own, found, asked, below)
+    taken = {*found.column.values(), *(k for k, _ in found.added.values())}
     unknown = [
         theirs
         for k, theirs in enumerate(own)
-        if theirs and k not in found.column.values() and not TRACK_COLUMN.fullmatch(theirs.lower())
+        if theirs and k not in taken and not TRACK_COLUMN.fullmatch(theirs.lower())
     ]
     if unknown:
         shown = ", ".join(unknown[:8]) + (f" and {len(unknown) - 8} more" if len(unknown) > 8 else "")
         note(f"{path}: {place}: unknown columns left out: {shown}; known: {' '.join(QUANTITY)}")
     return found
+
+
+def add_parts(
+    path: Path, place: str, own: Sequence[str], found: Found, asked: Mapping[str, float], below: Sequence[str] = ()
+) -> None:
+    """Take the sum of acceleration without gravity and gravity for the accelerometer where there is no other.
+
+    iOS gives both in g and as acceleration of free fall, down at rest: the opposite of what an accelerometer measures.
+    """
+    if "ax" in found.column:
+        return
+    parts: dict[str, dict[str, int]] = {"user": {}, "linear": {}, "gravity": {}}
+    for k, theirs in enumerate(own):
+        if part := PART.fullmatch(joined(bracketed(theirs)[0])):
+            parts[part["kind"] or "gravity"].setdefault(part["axis"], k)
+    kind = next((kind for kind in ("user", "linear") if len(parts[kind]) == 3), None)
+    if kind is None or len(parts["gravity"]) != 3:
+        return
+    sign, usual = (-1.0, UNITS["accelerometer"]["g"]) if kind == "user" else (1.0, 1.0)
+
+    def factor(k: int) -> float:
+        unit = bracketed(own[k])[1] or (below[k] if below else None)
+        says = _factor(path, place, own[k], "accelerometer", unit, asked)
+        return sign * (usual if says is None else says)
+
+    for axis in "xyz":
+        column, gravity = parts[kind][axis], parts["gravity"][axis]
+        found.add(f"a{axis}", column, factor(column))
+        found.added[f"a{axis}"] = gravity, factor(gravity)
+    flipped = ", with the sign of an accelerometer" if sign < 0 else ""
+    x, g = own[found.column["ax"]], own[found.added["ax"][0]]
+    note(f"{path}: {place}: accelerometer: the sum of {x!r} and {g!r}, and so on, taken{flipped}")
 
 
 def _factor(
@@ -211,13 +252,6 @@ def _meanings(own: list[tuple[int, str]], found: Found) -> list[tuple[int, str, 
     return meanings + [s for s in synonyms if inertial != (QUANTITY[s[1]] == "orientation")]
 
 
-def joined(text: str) -> str:
-    """Return a name in lower case, its words joined by underscores: "GyrX", "gyr.x", "Gyr X" as "gyr_x"."""
-    text = re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "_", text)
-    text = re.sub(r"\[(\d+)\]", r"_\1", text)
-    return re.sub(r"[\s./:\-_]+", "_", text).strip("_").lower()
-
-
 def _split(theirs: str) -> tuple[str, str | None] | None:
     """Split ``gx [deg/s]`` or ``gx_deg_s`` into ``("gx", "deg_s")``."""
     text, unit = bracketed(theirs.lower())
@@ -239,13 +273,11 @@ def _synonym(theirs: str) -> tuple[str, str | None] | None:
     text, unit = bracketed(theirs)
     text = joined(text)
     if quaternion := QUATERNION.fullmatch(text):
-        return f"q{quaternion['axis']}", None
+        return f"q{COMPONENT.get(quaternion['axis'], quaternion['axis'])}", None
     found = SYNONYM.fullmatch(text)
     if found is None:
         return None
-    word = found["sensor"] or found["last"]
-    letter = "g" if word.startswith(("angular", "ang_")) else LETTER.get(word[0], word[0])
-    name = letter + (found["axis"] or found["first"])
+    name = letter_of(found["sensor"] or found["last"]) + (found["axis"] or found["first"])
     tail = found["unit"] or found["of"]
     if tail is None:
         return name, unit
@@ -295,9 +327,11 @@ def check_complete(
         return
     for sensor in ("accelerometer", "magnetometer"):
         if sensor in groups:
-            raise RecordingError(path, place, f"{sensor} without gx gy gz", f"add the gyroscope or drop it; {has}")
+            hint = f"add the gyroscope or name its columns by columns={{'gx': ...}}; {has}"
+            raise RecordingError(path, place, f"{sensor} without gx gy gz", hint)
     if "orientation" not in groups:
         _reject_strange_unit(path, place, own, COLUMNS["gyroscope"])
+        _reject_numbered(path, place, own)
         hint = f"name the columns so, or each by columns={{'gx': ...}}; {has}"
         raise RecordingError(path, place, "neither gx gy gz nor qw qx qy qz", hint)
 
@@ -309,7 +343,21 @@ def _reject_strange_unit(path: Path, place: str, own: Sequence[str], names: Sequ
         sensor, time = SYNONYM.fullmatch(text), re.fullmatch(r"(t|time|timestamp)_\w+", text)
         word = (sensor["sensor"] or sensor["last"]) if sensor else ""
         axis = (sensor["axis"] or sensor["first"]) if sensor else ""
-        name = "t" if time else LETTER.get(word[:1], word[:1]) + axis
+        name = "t" if time else letter_of(word) + axis
         if name in names and (time or (sensor and (sensor["unit"] or sensor["of"]))):
             known = " ".join(UNITS[QUANTITY[name]])
             raise RecordingError(path, place, f"unknown unit of column {theirs!r}", f"known: {known}")
+
+
+def _reject_numbered(path: Path, place: str, own: Sequence[str]) -> None:
+    """Raise an error for four numbered columns of a quaternion: of those from 0 and from 1 nobody knows the order."""
+    names = [theirs for theirs in own if NUMBERED.fullmatch(joined(bracketed(theirs)[0]))]
+    if len(names) != 4:
+        return
+
+    def named(order: tuple[int, ...]) -> str:
+        pairs = [f"'{known}': {names[k]!r}" for known, k in zip(COLUMNS["orientation"], order, strict=True)]
+        return f"columns={{{', '.join(pairs)}}}"
+
+    hint = f"{named((0, 1, 2, 3))} if the scalar comes first, {named((3, 0, 1, 2))} if last"
+    raise RecordingError(path, place, f"{' '.join(names)} do not say which is the scalar", hint)

@@ -9,13 +9,13 @@ from __future__ import annotations
 import csv
 import re
 from collections import Counter
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from bingham.errors import RecordingError
 from bingham.io.dates import is_date
 from bingham.io.text import TextFile
 
-__all__ = ["COMMENTS", "NUMBER", "Layout", "find_layout", "split_cells"]
+__all__ = ["COMMENTS", "NUMBER", "Layout", "find_layout", "is_number", "split_cells", "without_copies"]
 
 COMMENTS = ("#", "//", "%")
 NUMBER = re.compile(r"[-+]?(?:\d+(?:[.,]\d*)?|[.,]\d+)(?:[eE][-+]?\d+)?", re.ASCII)
@@ -95,7 +95,10 @@ def find_layout(text: TextFile) -> Layout:
         candidates = [table for table in candidates if table.width > 1] or candidates
     if not candidates:
         problem = "only comments in it" if all(_is_comment(line) for _, line in lines) else "no rows of numbers"
-        raise RecordingError(text.path, "", problem, "a table is expected, one sample a line")
+        start = lines[0][1].lstrip()[:1]
+        what = {"{": "JSON", "[": "JSON", "<": "markup"}.get(start)
+        hint = f"{what}? A table" if what else "a table"
+        raise RecordingError(text.path, "", problem, f"{hint} is expected, one sample a line")
     return max(candidates, key=_credibility)
 
 
@@ -103,11 +106,23 @@ def _credibility(layout: Layout) -> tuple[bool, bool, int]:
     return layout.fits, bool(layout.names), layout.width
 
 
+def without_copies(text: TextFile, layout: Layout) -> Layout:
+    """Return the layout without the names of columns that repeat another of the same name, cell by cell so far."""
+    copies = {k for k, name in enumerate(layout.names) if name and name in layout.names[:k]}
+    if not copies:
+        return layout
+    body = [split_cells(line, layout.separator) for number, line in text.head if number >= layout.first]
+    rows = [row for row in body if len(row) >= len(layout.names)]
+    same = {k for k in copies if rows and all(row[k] == row[layout.names.index(layout.names[k])] for row in rows)}
+    return replace(layout, names=["" if k in same else name for k, name in enumerate(layout.names)])
+
+
 def _is_comment(line: str) -> bool:
     return line.lstrip().startswith(COMMENTS)
 
 
-def _is_number(cell: str, *, comma: bool) -> bool:
+def is_number(cell: str, *, comma: bool) -> bool:
+    """Whether a cell holds a number, or what stands in its place where there is none."""
     return cell.lower() in NOTHING or bool(
         NUMBER.fullmatch(cell) if comma else NUMBER.fullmatch(cell) and "," not in cell
     )
@@ -117,7 +132,7 @@ def _is_row(cells: list[str], separator: str | None) -> bool:
     """Whether cells look like samples: one cell or more is a number or date, and at most half are words."""
     if separator is None and not {",", ";", "|"}.isdisjoint(cells):
         return False  # separators with spaces around
-    numbers = [_is_number(c, comma=separator != ",") or is_date(c) for c in cells]
+    numbers = [is_number(c, comma=separator != ",") or is_date(c) for c in cells]
     said = [good for good, c in zip(numbers, cells, strict=True) if c.lower() not in NOTHING]
     return bool(said) and any(said) and 2 * sum(numbers) >= len(cells)
 
@@ -189,7 +204,10 @@ def _names(
     if len(above) == 2 and _are_units(above[1][1]) and not _are_units(above[0][1]):
         return _fitted(above[0][1], width), _fitted(above[1][1], width), above[0][0]
     if above and k and above[-1][0] == lines[at[k - 1]][0]:
-        return _fitted(above[-1][1], width), [], above[-1][0]
+        names = _fitted(above[-1][1], width)
+        if len(above) == 2 and len(set(names)) < len(names):
+            names = _grouped(_fitted(above[0][1], width), names)
+        return names, [], above[-1][0]
     direct = cells[k - 1] if k and not alike[k - 1] else []
     if len(direct) > 2 and 2 * len(direct) >= width and not any(NUMBER.fullmatch(c) for c in direct):
         return direct, [], lines[at[k - 1]][0]  # names, but not as many as cells: the reader of rows says so
@@ -205,6 +223,21 @@ def _names(
         if _fits(row, width) and distinct and not sentence:
             return _fitted(row, width), [], number
     return [], [], 0
+
+
+def _grouped(groups: list[str], names: list[str]) -> list[str]:
+    """Return names that stand in two rows, "Gyroscope (deg/s),,," over "X,Y,Z,", in one: "Gyroscope X (deg/s)"."""
+    from bingham.io.units import bracketed
+
+    found: list[str] = []
+    above = ""
+    for group, name in zip(groups, names, strict=True):
+        above = group or above
+        text, unit = bracketed(above)
+        if _are_units([name]):
+            text, name, unit = text, "", name
+        found.append(" ".join(part for part in (text, name, f"({unit})" if unit else "") if part))
+    return found
 
 
 def _fits(row: list[str], width: int) -> bool:

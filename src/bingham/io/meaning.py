@@ -4,15 +4,18 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
 
 from bingham.errors import InvalidArgumentError, RecordingError
-from bingham.io.columns import COLUMNS, QUANTITY, SENSORS, Found, checked_units, joined, understand
-from bingham.io.layout import Layout
+from bingham.io.columns import COLUMNS, QUANTITY, SENSORS, Found, add_parts, checked_units, understand
+from bingham.io.layout import Layout, without_copies
 from bingham.io.presets import Preset, find_preset
 from bingham.io.presets.preset import Told
+from bingham.io.text import TextFile
 from bingham.io.units import UNITS, bracketed, factor_of, spelled
+from bingham.io.words import joined
 
 __all__ = ["Meaning", "meaning_of", "named", "sensor_of_name"]
 
@@ -43,7 +46,7 @@ class Meaning(NamedTuple):
     label: int | None
 
 
-def named(path: Path, layout: Layout, columns: Mapping[str, str] | Sequence[str] | None) -> Layout:
+def named(text: TextFile, layout: Layout, columns: Mapping[str, str] | Sequence[str] | None) -> Layout:
     """Return the layout with names: the file's own, or those that a caller lists for a file without.
 
     Raises
@@ -51,8 +54,7 @@ def named(path: Path, layout: Layout, columns: Mapping[str, str] | Sequence[str]
     RecordingError
         If there are none, or not as many as columns.
     """
-    from dataclasses import replace
-
+    path = text.path
     if columns is not None and not isinstance(columns, Mapping):
         names = [str(name).strip() for name in columns]
         if len(names) != layout.width:
@@ -61,7 +63,7 @@ def named(path: Path, layout: Layout, columns: Mapping[str, str] | Sequence[str]
             raise RecordingError(path, place, problem, "name every column in columns=, - for one to leave out")
         return replace(layout, names=["" if name in ("-", "_") else name for name in names])
     if layout.names:
-        return layout
+        return without_copies(text, layout)
     hint = "name every one in the order of the file, - for one to leave out: columns=['t', 'ax', ...]"
     problem = f"holds numbers and no names of its {layout.width} columns"
     raise RecordingError(path, f"line {layout.first}", problem, hint)
@@ -93,7 +95,7 @@ def meaning_of(
         return Meaning(found, None, None, None, bare, checked_units(units), _label(layout.names) if bare else None)
     told = preset.preamble(layout.preamble) if preset.preamble else Told({}, None)
     asked = checked_units(units)
-    found = Found({}, {}, set(asked))
+    found = Found({}, {}, set(asked), {})
     user = understand(path, place, [n if n in columns.values() else "" for n in layout.names], columns, units)
     for name, column in user.column.items():
         unit = bracketed(layout.names[column])[1]
@@ -133,7 +135,8 @@ def meaning_of(
                 if factor is None:
                     problem = f"unknown unit of column {layout.names[column]!r}"
                     raise RecordingError(path, place, problem, f"known: {' '.join(UNITS[quantity])}")
-            found.add(name, column, factor)
+            found.add(name, column, factor if factor is None else factor * preset.signs.get(quantity, 1.0))
+    add_parts(path, place, layout.names, found, asked, layout.units)
     counter = preset.find(layout.names, "counter")
     if counter and (told.rate or "time" not in {QUANTITY[n] for n in found.column}) and "t" not in columns:
         return Meaning(found, preset, told.rate, counter[0], bare, asked, None)

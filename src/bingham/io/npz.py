@@ -118,6 +118,11 @@ class Archive(Mapping[str, Any]):
                 names = [info.filename for info in archive.infolist()]
         except Exception as error:  # zipfile raises whatever it stumbles over
             raise damaged(path, "npz archive", error) from error
+        if not any(name.endswith(".npy") for name in names):
+            if "[Content_Types].xml" in names:
+                raise RecordingError(path, "", "a spreadsheet", "save it as CSV")
+            problem = f"a zip archive of {', '.join(names[:3]) or 'nothing'}, not of arrays"
+            raise RecordingError(path, "", problem, "unpack it and give what is in it")
         self._members = {name.removesuffix(".npy"): name for name in names if name.endswith(".npy")}
         self._read: dict[str, Any] = {}
 

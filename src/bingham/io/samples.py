@@ -82,16 +82,21 @@ class Plan(NamedTuple):
     def numbers(self) -> list[int]:
         """Columns of numbers."""
         found = [k for columns in self.fields.values() for k in columns] + self.meaning.bare
+        found += [k for k, _ in self.meaning.found.added.values()]
         found += self.written.columns if self.written is not None else []
         return list(dict.fromkeys([*found, *(k for k in self.timing if k not in self.words)]))
 
     def values(self, table: Table) -> dict[str, FloatArray]:
         """Return the fields of some rows in SI units."""
-        factor = self.meaning.found.factor
-        return {
+        factor, added = self.meaning.found.factor, self.meaning.found.added
+        values = {
             field: table.matrix(columns, [factor[name] for name in self.groups[field]])
             for field, columns in self.fields.items()
         }
+        if added:
+            parts = [added[name] for name in self.groups["accelerometer"]]
+            values["accelerometer"] = values["accelerometer"] + table.matrix(*zip(*parts, strict=True))
+        return values
 
     def place(self, table: Table) -> Place:
         """Return what names the rows of a field."""
@@ -120,7 +125,7 @@ def plan_of(
     check_rate(rate)
     kind = None if angles is None else angle_kind(angles)
     text = opened_text(path)
-    layout = named(text.path, find_layout(text), columns)
+    layout = named(text, find_layout(text), columns)
     meaning = meaning_of(text.path, layout, columns if isinstance(columns, Mapping) else {}, units or {})
     place = f"line {layout.header}" if layout.header else "columns"
     groups = group(text.path, place, meaning.found.column, layout.names)

@@ -3,20 +3,26 @@
 from __future__ import annotations
 
 import re
+import warnings
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
-from bingham.errors import RecordingError
+import numpy as np
+
+from bingham.errors import RecordingError, RecordingWarning
 from bingham.io.assemble import Stream, inertial_recording
 from bingham.io.checks import note
-from bingham.io.columns import SENSORS, joined
+from bingham.io.columns import SENSORS
 from bingham.io.csv import read_samples
 from bingham.io.meaning import WORDS, sensor_of_name
+from bingham.io.words import joined
 from bingham.recording import ImuRecording
 
 __all__ = ["is_split", "read_together", "together"]
 
+WITHOUT_GRAVITY = 5.0  # m/s², an accelerometer that usually measures less has gravity taken off
+SAME_TIME = 1e-3  # s
 TEXT = (".csv", ".txt", ".tsv")
 # Of a file's name: words that tell the sensor or its rate and so differ between files of one recording.
 OF_SENSOR = re.compile(
@@ -85,6 +91,8 @@ def read_together(
                 raise RecordingError(path, "", f"a second file of the {sensor}", f"the first is {source[sensor].path}")
             streams[sensor], source[sensor] = stream, samples
         frame = frame or samples.earth_frame
+    if "accelerometer" in streams:
+        streams["accelerometer"] = _with_gravity(files, streams["accelerometer"], options)
     if "gyroscope" not in streams:
         there = " ".join(p.name for p in files)
         raise RecordingError(files[0].parent, "", f"no file of a gyroscope among {there}", "give it too")
@@ -104,6 +112,21 @@ def read_together(
         earth_frame=earth_frame or frame or "ENU",
         name=name or together(files)[0][0],
     )
+
+
+def _with_gravity(files: Sequence[Path], force: Stream, options: dict[str, Any]) -> Stream:
+    """Add gravity, if a file of it was written at the same times, to an accelerometer that has it taken off."""
+    gravity = next((path for path in files if re.search("(^|_)gravity(_|$)", joined(path.stem))), None)
+    usual = float(np.median(np.linalg.norm(force.values[np.isfinite(force.values[:, 0])], axis=1)))
+    if gravity is None or not usual < WITHOUT_GRAVITY:
+        return force
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", RecordingWarning)
+        found = read_samples(gravity, alone=False, **_fitting(gravity, options)).streams.get("accelerometer")
+    if found is None or found.time.shape != force.time.shape or np.abs(found.time - force.time).max() > SAME_TIME:
+        return force
+    note(f"{gravity}: added to the accelerometer, which has gravity taken off")
+    return Stream(force.time, force.values + found.values)
 
 
 def _fitting(path: Path, options: dict[str, Any]) -> dict[str, Any]:

@@ -1,7 +1,8 @@
 """Telephones: phyphox, Sensor Logger, MATLAB Mobile; mostly one file a sensor.
 
 Sensor Logger's ``TotalAcceleration`` is what an accelerometer measures, its ``Accelerometer`` has gravity taken off, as
-phyphox' ``Linear Acceleration``: such are no accelerometers to a filter that looks for the vertical.
+phyphox' ``Linear Acceleration``: such are no accelerometers to a filter that looks for the vertical, unless gravity
+stands beside them. iOS measures the acceleration of free fall, the opposite of what an accelerometer measures at rest.
 """
 
 from bingham.io.presets.preset import Preset
@@ -16,7 +17,7 @@ PRESETS = [
         columns={
             "time": [r"Time \(s\)"],
             "gyroscope": [r"Gyroscope {} \(.*\)"],
-            "accelerometer": [r"Acceleration {} \(.*\)"],
+            "accelerometer": [r"Acceleration {} \(.*\)", r"Accelerometer {} \(.*\)"],
             "magnetometer": [r"Magnetic field {} \(.*\)"],
             "sensor": [r"{} \(.*\)"],
         },
@@ -34,6 +35,23 @@ PRESETS = [
             "estimate": ["q{}"],
         },
         units={"gyroscope": "rad/s", "accelerometer": "m/s2"},
+    ),
+    Preset(
+        "sensorlog",
+        "SensorLog (iOS): one file of all sensors",
+        needs=[r"loggingTime\(.*\)", r"(accelerometerAcceleration|gyroRotation|motionRotationRate)X\(.*\)"],
+        columns={
+            "time": [
+                r"gyroTimestamp_sinceReboot\(s\)",
+                r"motionTimestamp_sinceReboot\(s\)",
+                r"loggingTime\(s\)",
+                r"loggingTime\(txt\)",
+            ],
+            "gyroscope": [r"gyroRotation{}\(.*\)", r"motionRotationRate{}\(.*\)"],
+            "accelerometer": [r"accelerometerAcceleration{}\(.*\)"],
+            "magnetometer": [r"magnetometer{}\(.*\)", r"motionMagneticField{}\(.*\)"],
+        },
+        signs={"accelerometer": -1.0},
     ),
     Preset(
         "matlab-mobile",

@@ -41,6 +41,8 @@ class Preset:
         tells; "estimate" an orientation that the device made of its sensors, used only where there is no gyroscope.
     units : mapping of str to str
         Units where the columns do not tell them.
+    signs : mapping of str to float
+        −1 of quantities that stand with the opposite sign.
     mark : str
         Regular expression to be found in the preamble.
     preamble : callable
@@ -54,6 +56,7 @@ class Preset:
     needs: Sequence[str]
     columns: Mapping[str, Sequence[str]]
     units: Mapping[str, str] = field(default_factory=dict[str, str])
+    signs: Mapping[str, float] = field(default_factory=dict[str, float])
     mark: str = ""
     preamble: Callable[[list[str]], Told] | None = None
     earth_frame: str = "ENU"
