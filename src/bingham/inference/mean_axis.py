@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from bingham.errors import InvalidArgumentError
-from bingham.inference.principal import axis_ratio, complement, ordered_likelihood
-from bingham.inference.result import TestResult, axes_of, check_choice, hotelling_pvalue, resampled_pvalue
+from bingham.inference.principal import axis_pvalue, axis_ratios, complement, ordered_likelihood
+from bingham.inference.result import TestResult, axes_of, check_choice, resampled_pvalue
 from bingham.rotations import unit_rows
 from bingham.validation import as_generator, integer
 
@@ -31,6 +31,7 @@ def mean_axis_test(
 
     The statistic is the likelihood ratio Λ = 2n [ℓ(ω) − ℓ(ω⁰)], ℓ(ω) = max_z (z·ω − log F(z)): ω are the eigenvalues of
     the sample moment S, ω⁰ those with the axis a as the largest one, aᵀSa, beside the eigenvalues of S across it.
+    Λ = Λ₁ + Λ₂: that a is a principal axis at all, and that it is this one (`bingham.inference.principal`).
 
     Parameters
     ----------
@@ -41,8 +42,9 @@ def mean_axis_test(
     index : int
         Which principal axis it is, in the order of `Bingham.M`: −1 the mean axis, 0 the pole of the best plane.
     null : {"asymptotic", "permutation"}
-        "asymptotic": T² = (n − 1)(e^{Λ/n} − 1) as Hotelling's T² with d − 1 components, F distributed; that is exact
-        in the limit of narrow distributions, where plain χ² rejects twice too often at n = 10. "permutation": every
+        "asymptotic": T² = (n − 1)(e^{Λ₁/n} − 1) as Hotelling's T² with d − 1 components, F distributed; that is exact
+        in the limit of narrow distributions, where plain χ² rejects twice too often at n = 10, and it holds where
+        concentrations are equal. A twentieth of the error is kept for Λ₂. "permutation": every
         axis is turned by half a turn about `axis` or left alone, at random; exact for any distribution that this
         symmetry leaves unchanged.
     resamples : int
@@ -69,10 +71,10 @@ def mean_axis_test(
         raise InvalidArgumentError("x", f"more than d = {d} axes", n)
     k = integer(index, "index", -d) % d
     m = unit_rows(axis, d, "axis")
-    statistic = axis_ratio(np.swapaxes(a, -1, -2) @ a / n, n, m, k)
+    ratio, order = axis_ratios(np.swapaxes(a, -1, -2) @ a / n, n, m, k)
+    statistic = ratio + order
     if null == "asymptotic":
-        square = (n - 1) * np.expm1(statistic / n)
-        return TestResult(statistic, hotelling_pvalue(square, n, d - 1), "asymptotic")
+        return TestResult(statistic, axis_pvalue(ratio, order, n, d), "asymptotic")
     generator = as_generator(rng)
     along = np.einsum("...ni,...i->...n", a, m)
     across = a @ complement(m)
