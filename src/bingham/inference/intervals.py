@@ -20,6 +20,12 @@ __all__ = ["ConcentrationIntervals", "concentration_intervals"]
 
 FloatArray = NDArray[np.float64]
 
+# The profile's ratio is χ²₁ where concentrations are far apart. Close to others, in order, it is less: in the limit of
+# narrow distributions the 95 % point falls to 2.9 between two and to 2.4 for the middle one of three. The ratio is
+# raised by 1 + ONE (a + b) + BOTH a b, with a = 1/(1 + (g/GAP)⁴), g² = n (zⱼ − zₖ)(ωⱼ − ωₖ)/4 the gap to the neighbour
+# below, b the same above (not to the mode); least deviation from 95 % over 23 sets of gaps in that limit, 0.92 to 0.98.
+ONE, BOTH, GAP = 0.15, 0.6, 0.7
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ConcentrationIntervals(Tabled):
@@ -52,8 +58,9 @@ def concentration_intervals(
     level : float
         Probability of each interval, in (0, 1).
     method : {"profile", "bootstrap"}
-        "profile": all c with 2 [max log L − max_{zᵢ = c} log L] ≤ χ²₁, L the likelihood of the concentrations alone
-        (`bingham.distributions.marginal`); its maximum is the bias-corrected estimate. "bootstrap": bias-corrected,
+        "profile": all c with 2 f [max log L − max_{zᵢ = c} log L] ≤ χ²₁, L the likelihood of the concentrations alone
+        (`bingham.distributions.marginal`); its maximum is the bias-corrected estimate. f is 1 but near others, where it
+        grows up to 1.9, since the order of concentrations is known. "bootstrap": bias-corrected,
         accelerated intervals of `scipy.stats.bootstrap` about the same estimate, axes drawn with replacement; for one
         sample, and only for large ones: their coverage at small n was not simulated.
     resamples : int
@@ -86,20 +93,30 @@ def concentration_intervals(
     z, best = marginal_fit(w, n, np.array(fitted.z.reshape(-1, d)))
     best = np.atleast_1d(best)
     low, high = np.zeros_like(z), np.zeros_like(z)
+    factor = _crowding(fitted.z.reshape(-1, d), w, n)
     for k in range(d - 1):
-        low[:, k] = _end(k, -1.0, z, w, n, best, level)
-        high[:, k] = _end(k, 1.0, z, w, n, best, level)
+        goal = np.sqrt(chdtri(1, 1.0 - level) / factor[:, k])
+        low[:, k] = _end(k, -1.0, z, w, n, best, goal)
+        high[:, k] = _end(k, 1.0, z, w, n, best, goal)
     return ConcentrationIntervals(
         z.reshape(*shape, d), low.reshape(*shape, d), high.reshape(*shape, d), level, "profile"
     )
 
 
-def _end(k: int, side: float, z: FloatArray, w: FloatArray, n: int, best: FloatArray, level: float) -> FloatArray:
-    """Return the c (R,) below (side −1) or above ẑₖ where the profile's root √(2 [max − profile]) reaches its quantile.
+def _crowding(z: FloatArray, w: FloatArray, n: int) -> FloatArray:
+    """Return the factors f (R, d − 1) of the profile's ratios for maximum-likelihood z and moments w (R, d)."""
+    square = 0.25 * n * np.diff(z[:, :-1], axis=-1) * np.diff(w[:, :-1], axis=-1)
+    near = 1.0 / (1.0 + (square / GAP**2) ** 4)
+    none = np.zeros((len(z), 1))
+    below, above = np.concatenate([none, near], axis=1), np.concatenate([near, none], axis=1)
+    return 1.0 + ONE * (below + above) + BOTH * below * above
+
+
+def _end(k: int, side: float, z: FloatArray, w: FloatArray, n: int, best: FloatArray, goal: FloatArray) -> FloatArray:
+    """Return the c (R,) below (side −1) or above ẑₖ where the profile's root √(2 [max − profile]) reaches `goal` (R,).
 
     The secant method on that root, nearly linear in log |c|, kept within the bracket found so far.
     """
-    goal = float(np.sqrt(chdtri(1, 1.0 - level)))
 
     def root(c: FloatArray) -> FloatArray:
         low = np.full_like(z, -np.inf)
@@ -124,7 +141,7 @@ def _end(k: int, side: float, z: FloatArray, w: FloatArray, n: int, best: FloatA
             if not short.any():
                 break
             outer = np.where(short, outer + 1.0, outer)
-    a, fa, b, fb = inner, np.full(len(z), -goal), outer, root(np.minimum(offset - np.exp(outer), 0.0)) - goal
+    a, fa, b, fb = inner, -goal, outer, root(np.minimum(offset - np.exp(outer), 0.0)) - goal
     for step in range(60):
         # Every third step halves the bracket, lest one end never moves.
         t = 0.5 * (a + b) if step % 3 == 2 else a - fa * (b - a) / np.where(fb - fa == 0.0, 1.0, fb - fa)
