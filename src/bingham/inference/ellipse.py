@@ -143,8 +143,8 @@ def confidence_ellipse(
     level : float
         Probability of the region, in (0, 1).
     method : {"likelihood", "f", "chi2", "sandwich", "bootstrap"}
-        "likelihood": the axes that `mean_axis_test` does not reject, also where the sample hardly pins the axis down; no
-        ellipse far from the centre, its semi-axes are where its edge crosses the directions, π/2 where another axis
+        "likelihood": the axes that `mean_axis_test` does not reject, also where the sample hardly pins the axis down;
+        no ellipse far from the centre, its semi-axes are where its edge crosses the directions, π/2 where another axis
         may be the one. "f": q = p (n − 1)/(n − p) F_p,n−p, as the spread is estimated from the same sample. "chi2":
         q = χ²_p, the usual large-sample ellipse, as of PmagPy; at n = 10 it holds the true axis in 77 to 86 % of
         cases, not 95. "sandwich": as "f" with σᵢ² = E[(mᵢᵀx)²(m_kᵀx)²]/(n (ω_k − ωᵢ)²), no Bingham distribution

@@ -99,9 +99,10 @@ def _log_wilks(y: FloatArray, edges: NDArray[np.int64]) -> Any:
 def _scale(y: FloatArray, sizes: list[int]) -> Any:
     """Return Mardia's factor (...) of the degrees of freedom, for whitened, centred rows y (..., n, p).
 
-    Pillai's trace V = Σ aᵢⱼ bᵢⱼ of two projections, A on the samples' means and B = y yᵀ, has over permutations the mean
-    p (k − 1)/(n − 1) of normal theory, but a variance with the rows' fourth moments in it (Kazi-Aoual et al. 1995, for
-    projections: Mardia 1971, Biometrika 58, 105). V as beta variable with both its mean and variance has the factor.
+    Pillai's trace V = Σ aᵢⱼ bᵢⱼ of two projections, A on the samples' means and B = y yᵀ, has over permutations the
+    mean p (k − 1)/(n − 1) of normal theory, but a variance with the rows' fourth moments in it (Kazi-Aoual et al. 1995,
+    for projections: Mardia 1971, Biometrika 58, 105). V as beta variable with both its mean and variance has the
+    factor.
     """
     n, p = y.shape[-2:]
     q = len(sizes) - 1

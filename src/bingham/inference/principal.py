@@ -1,9 +1,9 @@
 """Likelihood ratio of a given principal axis, from the moment of a sample.
 
-That a is a principal axis of A, whatever the others are, is A a ∝ a: d − 1 linear equations for the natural parameter of
-an exponential family. Its likelihood ratio is therefore regular everywhere, also where concentrations are equal. That it
-is the k-th one in order is not: inequalities are added. So both are asked apart, and the p-value is the smaller of two,
-each weighted by its share of the error (Bonferroni).
+That a is a principal axis of A, whatever the others are, is A a ∝ a: d − 1 linear equations for the natural parameter
+of an exponential family. Its likelihood ratio is therefore regular everywhere, also where concentrations are equal.
+That it is the k-th one in order is not: inequalities are added. So both are asked apart, and the p-value is the smaller of
+two, each weighted by its share of the error (Bonferroni).
 """
 
 from __future__ import annotations
@@ -53,8 +53,8 @@ def axis_ratios(moment: FloatArray, n: int, axis: FloatArray, index: int = -1) -
 def axis_pvalue(ratio: Any, order: Any, n: int, d: int) -> Any:
     """Return the p-value (...) of a principal axis from its two likelihood ratios.
 
-    T² = (n − 1)(e^{Λ/n} − 1) of the first is Hotelling's, (n − p)/(p (n − 1)) T² ~ F(p, n − p), p = d − 1: exactly so in
-    the limit of narrow distributions. The second is compared with its limit for a uniform distribution, where the
+    T² = (n − 1)(e^{Λ/n} − 1) of the first is Hotelling's, (n − p)/(p (n − 1)) T² ~ F(p, n − p), p = d − 1: exactly so
+    in the limit of narrow distributions. The second is compared with its limit for a uniform distribution, where the
     order is least known, after division by Bartlett's n/(n − (p + 2)/2).
     """
     p = d - 1
