@@ -2,8 +2,8 @@
 
 That a is a principal axis of A, whatever the others are, is A a ∝ a: d − 1 linear equations for the natural parameter
 of an exponential family. Its likelihood ratio is therefore regular everywhere, also where concentrations are equal.
-That it is the k-th one in order is not: inequalities are added. So both are asked apart, and the p-value is the smaller of
-two, each weighted by its share of the error (Bonferroni).
+That it is the k-th one in order is not: inequalities are added. So both are asked apart, and the p-value is the smaller
+of two, each weighted by its share of the error (Bonferroni).
 """
 
 from __future__ import annotations
