@@ -94,6 +94,23 @@ def test_transforms_name_their_frames(tmp_path, kind):
         read_recording(path, pose_topic="/tf:imu.wheel")
 
 
+@pytest.mark.parametrize(
+    ("topics", "taken"),
+    [
+        ((("/ground_truth/pose", "PoseStamped"), ("/slam", "PoseStamped")), "/slam"),
+        ((("/tf", "TFMessage"), ("/odom", "Odometry")), "/odom"),
+        ((("/relay", "PoseStamped"), ("/slam", "PoseStamped")), "/relay"),
+    ],
+)
+def test_what_is_plainly_the_pose_is_taken_and_said(tmp_path, topics, taken):
+    folders = {"TFMessage": "tf2_msgs", "Odometry": "nav_msgs"}
+    path = write(
+        "sqlite", tmp_path, [(name, f"{folders.get(kind, 'geometry_msgs')}/msg/{kind}") for name, kind in topics]
+    )
+    with pytest.warns(RecordingWarning, match=f"topic {taken} taken for the poses; others by pose_topic="):
+        same_turns(read_recording(path))
+
+
 def test_topics_of_poses_are_chosen(tmp_path):
     path = write("bag", tmp_path, [("/a", "geometry_msgs/msg/PoseStamped"), ("/b", "nav_msgs/msg/Odometry")])
     with pytest.raises(RecordingError, match=r"several topics of poses: /a /b; choose one by pose_topic="):

@@ -21,6 +21,7 @@ __all__ = ["FilterOptions", "Filtering", "fitted", "note", "orientation_noise", 
 
 WARM_UP_SAMPLES = 3
 USUAL_NOISE = 0.04  # rad, the default of --measurement-noise: what a recording tells of itself takes its place
+VARIED = 1.05  # ratio of variances below which one is as good as each
 WIDEST_NOISE = 0.8  # rad, beyond which a covariance says nothing of an orientation
 # Samples that are filtered at once; what a filter says of one takes some 400 bytes. Of a magnetometer the last few of
 # a piece stay "waiting for the next update".
@@ -186,17 +187,49 @@ class Filtering:
 
         options = self.options
         self.name = "first-order, smoothed" if options.smooth else "first-order"
+        gate = Gate(options.gate) if options.gate < 1 else None
+        if (own := _own_distributions(recording, options)) is not None:
+            from bingham.models.distribution_sensor import DistributionSensor
+
+            rows = DistributionSensor.rows(own)
+            each = BinghamFilter(Diffusion(options.process_noise, 4), DistributionSensor(4), gate=gate)
+            return lambda whole: each.run(Bingham.uniform(4), rows, times=whole.time)
         noise = orientation_noise("--measurement-noise", _measured_noise(recording, options), recording.dim)
         filter_ = BinghamFilter(
             Diffusion(options.process_noise, recording.dim),
             OrientationSensor(noise),
-            gate=Gate(options.gate) if options.gate < 1 else None,
+            gate=gate,
         )
         prior = Bingham.uniform(recording.dim)
         run = partial(smooth_fixed_interval, filter_) if options.smooth else filter_.run
         start = slice(0, WARM_UP_SAMPLES)
         run(prior, recording.orientation[start], times=recording.time[start])
         return lambda whole: run(prior, whole.orientation, times=whole.time)
+
+
+def _own_distributions(recording: OrientationRecording, options: FilterOptions) -> Bingham | None:
+    """Return the distribution of every measurement by its own covariance; None where they have none, or all the same.
+
+    Covariances that are unknown are taken for the median, variances of angles beyond `WIDEST_NOISE` for that.
+    """
+    from bingham.distributions.bingham import Bingham
+
+    c = recording.covariance
+    if c is None or options.smooth or options.measurement_noise != USUAL_NOISE or recording.dim != 4:
+        return None
+    known = np.isfinite(c).all(axis=(1, 2))
+    variances, axes = np.linalg.eigh(c[known])
+    if not known.any() or (variances <= 0.0).any() or variances.max(axis=0).max() < VARIED * variances[:, 0].min():
+        return None
+    usual = float(np.sqrt(np.median(variances.mean(axis=1))))
+    if usual > WIDEST_NOISE:
+        return None
+    variances = np.minimum(variances, WIDEST_NOISE**2)
+    every = np.tile(usual**2 * np.eye(3), (len(c), 1, 1))
+    every[known] = (axes * variances[:, None, :]) @ np.swapaxes(axes, 1, 2)
+    missing = f"; of {np.count_nonzero(~known)} it is unknown, taken as usual" if not known.all() else ""
+    note(f"{recording.name}: measurement noise by each one's covariance, usually {usual:.3g} rad{missing}")
+    return Bingham.from_covariance(recording.orientation, every, frame="world")
 
 
 def _measured_noise(recording: OrientationRecording, options: FilterOptions) -> float:

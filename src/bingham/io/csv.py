@@ -141,4 +141,5 @@ FORMAT = Format(
     functions=("read_csv", "write_csv"),
     read=read_csv,
     text=lambda head: True,
+    last=2,
 )

@@ -1,15 +1,23 @@
-"""All formats, in the order in which a file is compared with them; the widest comes last."""
+"""All formats, each in a file of its own, in the order in which a file is compared with them."""
 
 from __future__ import annotations
 
-from bingham.io import broad, csv, euroc, kitti, npz, opensim, rosbag, tum
+from importlib import import_module
+from pathlib import Path
+
 from bingham.io.registry import Format
 
-__all__ = ["FORMATS", "supported"]
+__all__ = ["FORMATS", "formats_in", "supported"]
 
-FORMATS: dict[str, Format] = {
-    module.FORMAT.name: module.FORMAT for module in (rosbag, euroc, kitti, opensim, broad, npz, tum, csv)
-}
+
+def formats_in(folder: Path, package: str) -> dict[str, Format]:
+    """Return the formats of a package: of its files that hold a ``FORMAT``, those that take almost any text last."""
+    files = [file for file in sorted(folder.glob("*.py")) if "\nFORMAT = Format(" in file.read_text(encoding="utf-8")]
+    found: list[Format] = [import_module(f"{package}.{file.stem}").FORMAT for file in files]
+    return {known.name: known for known in sorted(found, key=lambda known: known.last)}
+
+
+FORMATS = formats_in(Path(__file__).parent, "bingham.io")
 
 
 def supported() -> str:

@@ -7,6 +7,7 @@ PoseWithCovariance.msg); zeros mean that it is unknown. A topic of transforms ho
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -22,6 +23,8 @@ from bingham.recording import OrientationRecording
 __all__ = ["POSES", "pose_topics", "read_poses"]
 
 TRANSFORMS = ("tf2_msgs/msg/TFMessage", "tf/msg/tfMessage")
+# What a topic of ground truth is called.
+TRUTH = re.compile(r"ground_?truth|truth|(?:^|[/_])gt(?:[/_]|$)|vicon|mocap|optitrack", re.IGNORECASE)
 POSES = (
     "geometry_msgs/msg/PoseWithCovarianceStamped",
     "nav_msgs/msg/Odometry",
@@ -45,9 +48,7 @@ def read_poses(
     if asked is not None and topic not in there:
         raise RecordingError(path, f"topic {topic}", "holds no poses", f"topics that do: {' '.join(there) or 'none'}")
     if asked is None:
-        if len(there) != 1:
-            raise RecordingError(path, "", f"several topics of poses: {' '.join(there)}", "choose one by pose_topic=")
-        topic = there[0]
+        topic = _plain(path, bag, there)
     kind = next(c.msgtype for c in bag.connections if c.topic == topic)
     if kind in TRANSFORMS:
         frames = frames or _only_pair(path, bag, topic)
@@ -76,6 +77,28 @@ def read_poses(
     if np.isfinite(known[:, 0, 0]).any():
         rows["covariance"] = known
     return orientation_recording(path, place, rows, regularise=regularise)
+
+
+def _plain(path: Path, bag: Any, there: list[str]) -> str:
+    """Return the only topic, the only one that is neither of many frames nor called the truth, or the only content."""
+    frames = {c.topic for c in bag.connections if c.msgtype in TRANSFORMS}
+    stamped = [topic for topic in there if topic not in frames] or there
+    measured = [topic for topic in stamped if not TRUTH.search(topic)] or stamped
+    if len(measured) > 1 and not _are_equal(bag, measured):
+        raise RecordingError(path, "", f"several topics of poses: {' '.join(there)}", "choose one by pose_topic=")
+    if len(there) > 1:
+        others = " ".join(topic for topic in there if topic != measured[0])
+        note(f"{path}: topic {measured[0]} taken for the poses; others by pose_topic=: {others}")
+    return measured[0]
+
+
+def _are_equal(bag: Any, topics: list[str]) -> bool:
+    """Whether topics hold the same messages, as relays make them."""
+    content: dict[str, list[bytes]] = {topic: [] for topic in topics}
+    for connection, _, data in bag.messages(connections=[c for c in bag.connections if c.topic in content]):
+        content[connection.topic].append(bytes(data))
+    first, *others = content.values()
+    return all(other == first for other in others)
 
 
 def _taker(kind: str, frames: str) -> Callable[[Any], Any]:

@@ -107,4 +107,5 @@ FORMAT = Format(
     functions=("read_tum", "write_tum"),
     read=read_tum,
     text=_is_tum,
+    last=1,
 )

@@ -1,5 +1,6 @@
 from .diffusion import Diffusion as Diffusion
 from .diffusion import Gyroscope as Gyroscope
+from .distribution_sensor import DistributionSensor as DistributionSensor
 from .motion import ControlledRotation as ControlledRotation
 from .motion import MotionModel as MotionModel
 from .motion import RandomWalk as RandomWalk
