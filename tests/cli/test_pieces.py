@@ -7,6 +7,7 @@ import pytest
 
 from bingham.cli import filtering, source, tracking
 from bingham.cli.output import Outputs
+from bingham.cli.settings import Settings
 from bingham.cli.thinned import Thinned
 from bingham.io import clock, fast, pieces
 from bingham.io import table as tables
@@ -39,7 +40,7 @@ def test_pieces_make_the_files_of_the_whole(tmp_path, monkeypatch, unordered):
         monkeypatch.setattr(module, "HEAD", 70)
     file = recording(tmp_path, unordered=unordered)
     outputs = Outputs(fields=("quaternion", "deviation", "bias", "covariance", "decision"), figure_format="svg")
-    settings = tracking.Settings(None, {}, options(), outputs)
+    settings = Settings(None, {}, options(), outputs)
     whole = tracking.track_one(file, "walk", tmp_path / "whole", settings)
     monkeypatch.setattr(source, "LONG", 0)
     read = []

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any
 from bingham.errors import BinghamError, RecordingError
 
 if TYPE_CHECKING:
-    from bingham.cli.tracking import Settings
+    from bingham.cli.settings import Settings
 
 __all__ = ["SUMMARY", "expanded", "named", "track_many"]
 

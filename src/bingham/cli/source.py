@@ -16,7 +16,7 @@ from bingham.io.checks import HEAD
 
 if TYPE_CHECKING:
     from bingham.cli.filtering import FilterOptions
-    from bingham.cli.tracking import Settings
+    from bingham.cli.settings import Settings
 
 __all__ = ["Source", "opened", "opened_whole"]
 

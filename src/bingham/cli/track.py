@@ -147,7 +147,7 @@ def track(
     from bingham.cli.many import expanded, named
     from bingham.cli.output import Outputs
     from bingham.cli.reading import gathered
-    from bingham.cli.tracking import Settings
+    from bingham.cli.settings import Settings
 
     given = given_options(context)
     if "-" in recordings:

@@ -7,33 +7,22 @@ from collections.abc import Callable, Generator
 from contextlib import contextmanager
 from pathlib import Path
 from time import perf_counter
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 from bingham.cli.filtering import Filtering, fitted, note, rows_of
-from bingham.cli.output import Outputs
+from bingham.cli.settings import Settings
 from bingham.cli.source import Source, in_pieces, opened, opened_whole
 from bingham.cli.thinned import Thinned
 from bingham.errors import InvalidArgumentError, RecordingWarning
 from bingham.io.running_clock import WholeNeededError
 
 if TYPE_CHECKING:
-    from bingham.cli.filtering import FilterOptions
+    pass
 
-__all__ = ["Settings", "track_one"]
+__all__ = ["track_one"]
 
 # Samples that a figure is drawn of at most, where there is no truth to compare all of them with.
 DRAWN = 250_000
-
-
-class Settings(NamedTuple):
-    """What to do with every recording."""
-
-    format: str | None
-    reading: dict[str, Any]
-    filtering: FilterOptions
-    outputs: Outputs
-    orientation_topic: str | None = None
-    calibration: Path | None = None
 
 
 def track_one(
