@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["envelope", "envelope_indices", "gaps"]
+__all__ = ["envelope", "envelope_indices", "extremes", "gaps"]
 
 FloatArray = NDArray[np.float64]
 
@@ -29,7 +29,7 @@ def envelope(y: FloatArray, stretches: int) -> tuple[NDArray[np.intp], FloatArra
     if len(y) <= 2 * stretches:
         return np.arange(len(y)), y
     starts = np.linspace(0, len(y), stretches + 1).astype(np.intp)[:-1]
-    low, high = _extremes(y, starts)
+    low, high = extremes(y, starts)
     first = np.where(low <= high, low, high)
     last = np.where(low <= high, high, low)
     ends = np.append(starts[1:], len(y))
@@ -49,7 +49,7 @@ def envelope_indices(y: FloatArray, stretches: int) -> NDArray[np.intp]:
     breaks = np.flatnonzero(missing[1:] != missing[:-1])
     if len(breaks) > stretches:  # more runs than columns: any of them will do
         breaks = breaks[:: len(breaks) // stretches + 1]
-    low, high = _extremes(y, starts)
+    low, high = extremes(y, starts)
     return np.unique(np.concatenate([[0, len(y) - 1], low, high, breaks, breaks + 1]))
 
 
@@ -60,7 +60,7 @@ def gaps(t: FloatArray) -> NDArray[np.intp]:
     return np.flatnonzero(step > limit)[:MAX_GAPS]
 
 
-def _extremes(y: FloatArray, starts: NDArray[np.intp]) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+def extremes(y: FloatArray, starts: NDArray[np.intp]) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
     """Return the indices of the smallest and largest entry of each stretch; its first one where all is NaN."""
     found: list[NDArray[np.intp]] = []
     stretch = np.repeat(np.arange(len(starts)), np.diff(np.append(starts, len(y))))

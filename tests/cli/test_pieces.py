@@ -8,7 +8,7 @@ import pytest
 from bingham.cli import filtering, source, tracking
 from bingham.cli.output import Outputs
 from bingham.cli.settings import Settings
-from bingham.cli.thinned import Thinned
+from bingham.cli.thinned import Peaks, Thinned, merged
 from bingham.io import clock, fast, pieces
 from bingham.io import table as tables
 
@@ -74,3 +74,29 @@ def test_thinned_keeps_every_so_manieth_row(limit):
         assert kept.stride == stride
         for rows, sign in zip(kept.arrays(), (1, -1), strict=True):
             assert (rows == sign * np.arange(0, size, stride)).all()
+
+
+@pytest.mark.parametrize("piece", [999, 20_000, 100_000])
+def test_extremes_of_curves_are_kept_wherever_they_are(piece):
+    rng = np.random.default_rng(5)
+    size, stretches = 100_000, 50
+    curves = rng.normal(size=(2, size))
+    curves[0, 77_777], curves[1, 12_345] = 40.0, -40.0
+    curves[1, 500:900] = np.nan
+    thinned, peaks = Thinned(2000), Peaks(stretches)
+    time = 0.01 * np.arange(size)
+    for first in range(0, size, piece):
+        rows = slice(first, first + piece)
+        thinned.add(time[rows], curves[0, rows])
+        peaks.add(curves[:, rows], time[rows], curves[0, rows])
+    numbers, t, y = merged(thinned, peaks)
+    np.testing.assert_array_equal(t, time[numbers])
+    np.testing.assert_array_equal(y, curves[0, numbers])
+    assert {0, 77_777, 12_345} <= set(numbers.tolist()) and len(numbers) < 2000 + 4 * stretches + 5
+    for curve in curves:
+        for first in range(0, size, 2048):  # the first power of two that leaves at most 50 stretches
+            kept = curve[numbers[(numbers >= first) & (numbers < first + 2048)]]
+            stretch = curve[first : first + 2048]
+            assert (np.nanmin(kept), np.nanmax(kept)) == (np.nanmin(stretch), np.nanmax(stretch))
+    steps = np.diff(t)
+    assert np.median(steps) == pytest.approx(steps.max())  # most rows are even ones: nothing looks like a gap

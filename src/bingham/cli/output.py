@@ -134,6 +134,14 @@ class Sketch:
         return bounded(self.rotation_covariance)
 
 
+def drawn_curves(modes: Any, rotation_covariance: Any) -> tuple[Any, ...]:
+    """Return the curves (T,) that a figure draws, as far as their extremes matter: angles, variances of both kinds."""
+    from bingham.rotations import yaw_pitch_roll
+
+    heading, inclination = rotation_covariance[:, 2, 2], rotation_covariance[:, 0, 0] + rotation_covariance[:, 1, 1]
+    return *yaw_pitch_roll(modes).T, heading, inclination
+
+
 def joined(pieces: Sequence[Any]) -> Any:
     """Return pieces of a track as one."""
     if len(pieces) == 1:

@@ -1,12 +1,15 @@
-"""Rows that come piece by piece, thinned out evenly so that no more than so many are kept."""
+"""Rows that come piece by piece: so many are kept, evenly or where curves have their extremes."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
-__all__ = ["Thinned"]
+from bingham.decimate import extremes
+
+__all__ = ["Peaks", "Thinned", "merged"]
 
 
 class Thinned:
@@ -37,6 +40,11 @@ class Thinned:
         while self._limit is not None and self._kept > self._limit:
             self._halve()
 
+    @property
+    def numbers(self) -> Any:
+        """Numbers of the rows that are kept."""
+        return np.arange(0, self._seen, self.stride)
+
     def arrays(self) -> tuple[Any, ...]:
         """Return what is kept."""
         return tuple(np.concatenate(parts) for parts in zip(*self._parts, strict=True))
@@ -52,3 +60,49 @@ class Thinned:
                 self._next.append(number + first * self.stride)
                 self._kept += len(half[0])
         self.stride *= 2
+
+
+class Peaks:
+    """Rows in which one of several curves is smallest or largest of its stretch, of arrays that grow together.
+
+    Parameters
+    ----------
+    stretches : int
+        Extremes are kept in at least half as many equal stretches of all rows, and at most as many and one.
+    """
+
+    def __init__(self, stretches: int) -> None:
+        self._stretches = stretches
+        self._kept: list[tuple[Any, ...]] = []  # row numbers, curves, arrays
+        self._seen = self._curves = 0
+
+    def add(self, curves: Sequence[Any], *arrays: Any) -> None:
+        """Add rows: the curves (T,) that choose, and the arrays that are kept."""
+        numbers = np.arange(self._seen, self._seen + len(arrays[0]))
+        self._seen += len(numbers)
+        self._curves = len(curves)
+        self._kept.append(self._chosen((numbers, *curves, *arrays)))
+        if sum(len(part[0]) for part in self._kept) > 4 * self._curves * self._stretches:
+            self._kept = [self._chosen(self._joined())]
+
+    def rows(self) -> tuple[Any, ...]:
+        """Return the numbers of the rows that are kept, and of each array these rows."""
+        numbers, *rest = self._chosen(self._joined())
+        return numbers, *rest[self._curves :]
+
+    def _joined(self) -> tuple[Any, ...]:
+        return tuple(np.concatenate(parts) for parts in zip(*self._kept, strict=True))
+
+    def _chosen(self, rows: tuple[Any, ...]) -> tuple[Any, ...]:
+        # Stretches of 2^k rows: later ones are made of whole earlier ones, so that no extreme is lost on the way.
+        width = 1 << (self._seen // self._stretches).bit_length()
+        starts = np.flatnonzero(np.diff(rows[0] // width, prepend=-1))
+        at = np.unique(np.concatenate([k for curve in rows[1 : 1 + self._curves] for k in extremes(curve, starts)]))
+        return tuple(array[at] for array in rows)
+
+
+def merged(thinned: Thinned, peaks: Peaks) -> tuple[Any, ...]:
+    """Return row numbers, ascending, and the arrays' rows that either keeps."""
+    numbers, *arrays = peaks.rows()
+    order, first = np.unique(np.concatenate([thinned.numbers, numbers]), return_index=True)
+    return order, *(np.concatenate(both)[first] for both in zip(thinned.arrays(), arrays, strict=True))

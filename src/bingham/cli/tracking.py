@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 from bingham.cli.filtering import Filtering, fitted, note, rows_of
 from bingham.cli.settings import Settings
 from bingham.cli.source import Source, in_pieces, opened, opened_whole
-from bingham.cli.thinned import Thinned
+from bingham.cli.thinned import Peaks, Thinned, merged
 from bingham.errors import InvalidArgumentError, RecordingWarning
 from bingham.io.running_clock import WholeNeededError
 
@@ -21,8 +21,9 @@ if TYPE_CHECKING:
 
 __all__ = ["track_one"]
 
-# Samples that a figure is drawn of at most, where there is no truth to compare all of them with.
-DRAWN = 250_000
+# Samples that a figure is drawn of, evenly, where there is no truth to compare all of them with; beside them the
+# extremes of its curves in stretches of time that are narrower than a pixel, too few to make gaps of what is between.
+DRAWN, STRETCHES = 250_000, 4000
 
 
 def track_one(
@@ -77,7 +78,7 @@ def _track(
     check: Callable[[bool], None],
 ) -> dict[str, Any]:
     from bingham.cli.calibrate import calibrated
-    from bingham.cli.output import Files, Sketch, draw_track, joined, write_pages, write_tum_of
+    from bingham.cli.output import Files, Sketch, draw_track, drawn_curves, joined, write_pages, write_tum_of
     from bingham.cli.report import truth_of
     from bingham.cli.summary import Summary
     from bingham.filters.imu_check import RecordingCheck
@@ -97,7 +98,7 @@ def _track(
     keep = compared or outputs.tum or outputs.bag or outputs.figure or outputs.report or outputs.rerun
     filtering, summary, checked = Filtering(options), Summary(source.usual_step), RecordingCheck()
     kept: list[Any] = []
-    sketched = Thinned(None if compared else DRAWN)
+    sketched, peaks = Thinned(None if compared else DRAWN), Peaks(STRETCHES)
     step("filtering")
     with Files(folder, name, outputs) as files:
         for piece in in_pieces(source, options):
@@ -110,7 +111,10 @@ def _track(
             if keep and entire:
                 kept.append(track)
             elif keep:
-                sketched.add(track.time, track.modes, track.rotation_covariance)
+                rows = track.time, track.modes, track.rotation_covariance
+                sketched.add(*rows)
+                if not compared:
+                    peaks.add(drawn_curves(*rows[1:]), *rows)
             files.append(part.time, track)
             summary.add(part, track)
         filtering.finish(name)
@@ -124,11 +128,18 @@ def _track(
     row["us_per_sample"] = 1e6 * filtering.seconds / summary.samples
     row["files"] = files.names
     if keep:
-        track = joined(kept) if entire else Sketch(*sketched.arrays())
+        chosen: Any = slice(None)
+        if entire:
+            track = joined(kept)
+        elif compared:
+            track = Sketch(*sketched.arrays())
+        else:
+            chosen, *arrays = merged(sketched, peaks)
+            track = Sketch(*arrays)
         kept.clear()
         recording = first
         if source.whole is not None:
-            recording = rows_of(first, slice(first.size - summary.samples, None, 1 if entire else sketched.stride))
+            recording = rows_of(rows_of(first, slice(first.size - summary.samples, None)), chosen)
         time = recording.time if entire else track.time
         truth = truth_of(recording, track.modes) if compared else None
         if truth is not None:
