@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import doctest
 import re
 import sys
 import warnings
@@ -10,6 +11,7 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).parent))
 
 import generated
+from sphinx.util import logging
 from study_results import fill_results
 
 import bingham
@@ -24,6 +26,7 @@ extensions = [
     "sphinx.ext.autosummary",
     "mathml",
     "names",
+    "links",
     "sphinx.ext.viewcode",
     "numpydoc",
     "sphinx_gallery.gen_gallery",
@@ -33,6 +36,7 @@ templates_path = ["_templates"]
 html_theme = "furo"
 html_title = "bingham"
 html_static_path = ["_static"]
+html_css_files = ["page.css"]
 html_math_renderer = "mathml"
 math_number_all = False
 math_eqref_format = "({number})"
@@ -42,6 +46,7 @@ autosummary_ignore_module_all = False
 autodoc_typehints = "none"
 autodoc_member_order = "bysource"
 autodoc_default_options = {"members": True, "show-inheritance": False}
+viewcode_follow_imported_members = False
 numpydoc_show_class_members = False
 numpydoc_class_members_toctree = False
 default_role = "py:obj"
@@ -88,8 +93,18 @@ def escape_bars(app, what: str, name: str, obj: object, options: object, lines: 
             lines[k] = "".join(part if part.startswith("`") else part.replace("|", r"\|") for part in parts)
 
 
+def run_tutorials(app) -> None:
+    """Run the examples of the tutorials: the site shows none that does not give what it says."""
+    flags = doctest.NORMALIZE_WHITESPACE | doctest.ELLIPSIS
+    for page in sorted((Path(__file__).parent / "tutorials").glob("*.rst")):
+        found = doctest.testfile(str(page), module_relative=False, optionflags=flags, encoding="utf-8")
+        if found.failed:
+            logging.getLogger(__name__).warning("%d of %d examples fail", *found, location=str(page))
+
+
 def setup(app) -> None:
     """Register the hooks."""
+    app.connect("builder-inited", run_tutorials)
     app.connect("source-read", fill_in)
     app.connect("autodoc-process-docstring", escape_bars, priority=400)
 

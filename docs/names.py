@@ -7,6 +7,7 @@ is a warning, and so an error of the build; in docstrings single backticks also 
 
 from __future__ import annotations
 
+import re
 from typing import Any
 
 from docutils import nodes
@@ -44,7 +45,7 @@ def chosen_of(found: list[str], target: str, names: dict[str, str]) -> list[str]
 
 def candidates(target: str, objects: dict[str, Any]) -> list[str]:
     """Return the full names that target may mean: its parts in order, the last ones next to each other."""
-    parts = target.removesuffix("()").split(".")
+    parts = re.sub(r"\(.*\)$", "", target).split(".")
     capital = next((i for i, p in enumerate(parts) if p[:1].isupper()), len(parts) - 1)
     tail, head = parts[capital:], parts[:capital]
     found = []

@@ -33,8 +33,9 @@ def test_readme_code_runs(capsys):
 
 @pytest.mark.parametrize("page", PAGES, ids=identity)
 def test_examples_in_pages_give_what_they_show(page):
-    if page.name == "learning.rst" and not (find_spec("torch") and find_spec("jax")):
-        pytest.skip("PyTorch or JAX is not installed")
+    needed = {"learning.rst": ("torch", "jax"), "deep-learning.rst": ("torch",)}.get(page.name, ())
+    if missing := [name for name in needed if not find_spec(name)]:
+        pytest.skip(f"not installed: {', '.join(missing)}")
     flags = doctest.NORMALIZE_WHITESPACE | doctest.ELLIPSIS
     result = doctest.testfile(str(page), module_relative=False, optionflags=flags, encoding="utf-8")
     assert result.failed == 0

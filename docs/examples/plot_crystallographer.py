@@ -109,3 +109,5 @@ panels[2].axhspan(-deviation.mean(), deviation.mean(), color="0.9", zorder=0, la
 panels[2].set(xlabel="scan", ylabel="rotation from the grain's mode [°]")
 panels[2].legend(frameon=False, fontsize=8, ncols=2)
 print(f"standard deviation over the scans {turns.std(axis=0, ddof=1).round(3)}°, of one point {deviation.round(2)}°")
+
+# sphinx_gallery_thumbnail_number = -1

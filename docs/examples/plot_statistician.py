@@ -97,3 +97,5 @@ for name, test, shape in (
 panels[2].axhline(0.05, color="0.6", lw=0.8, ls="--")
 panels[2].set(xlabel="strength s", ylabel="share of rejections at 0.05, n = 20", ylim=(0, 1.02))
 panels[2].legend(frameon=False, fontsize=8)
+
+# sphinx_gallery_thumbnail_number = -1

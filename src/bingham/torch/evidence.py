@@ -54,7 +54,7 @@ def sequence_log_evidence(
 
     Differentiable once by all three matrices, so that noises, or networks that predict them, are learned by the
     evidence of what was measured. A step costs about 0.3 ms whatever the batch; for two numbers and one long
-    recording `bingham.tune_filter` is faster.
+    recording `bingham.filters.tune_filter` is faster.
 
     Parameters
     ----------
