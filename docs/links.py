@@ -1,4 +1,4 @@
-"""Links between the pages of the built site lead somewhere, to the place on the page too; a broken one ends the build."""
+"""Links within the built site lead somewhere, to the place on the page too; a broken one ends the build."""
 
 from __future__ import annotations
 
