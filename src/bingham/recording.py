@@ -130,6 +130,8 @@ class OrientationRecording:
     covariance : array_like, shape (N, 3, 3), optional
         Of each orientation (d = 4) as a measurement: of a small rotation about the axes of the world, rad², its
         variances positive; NaN where unknown.
+    mounting_covariance : array_like, shape (3, 3), optional
+        Of an error that all orientations have in common: of a small constant rotation about the axes of the body, rad².
 
     Raises
     ------
@@ -150,6 +152,7 @@ class OrientationRecording:
     truth: NDArray[np.float64] | None = None
     score: NDArray[np.bool_] | None = None
     covariance: NDArray[np.float64] | None = None
+    mounting_covariance: NDArray[np.float64] | None = None
 
     def __post_init__(self) -> None:
         time = _times(self.time)
@@ -178,6 +181,12 @@ class OrientationRecording:
             if (wrong := np.linalg.eigvalsh(known)[:, 0] <= 0.0).any():
                 raise RowError("covariance", int(np.argmax(wrong)), "positive definite matrices", "one that is not")
             _store(self, covariance=covariance)
+        if self.mounting_covariance is not None:
+            mounting = _rows("mounting_covariance", self.mounting_covariance, 3, 3, missing=False)
+            if np.abs(mounting - mounting.T).max() > 1e-6 * np.trace(mounting) or np.linalg.eigvalsh(mounting)[0] < 0.0:
+                expected = "a symmetric matrix without negative eigenvalues"
+                raise InvalidArgumentError("mounting_covariance", expected, mounting.tolist())
+            _store(self, mounting_covariance=mounting)
 
     @property
     def size(self) -> int:

@@ -92,6 +92,7 @@ class Filtering:
         self.seconds = 0.0
         self._run: Callable[[Any], Any] | None = None
         self._waited: tuple[int, float] | None = None
+        self._awaited = "accelerometer sample"
 
     def run(self, piece: ImuRecording | OrientationRecording) -> tuple[Any, Any]:
         """Return the part of a piece that has an estimate, and its track; (None, None) if there is no such part."""
@@ -104,7 +105,17 @@ class Filtering:
         before = thread_time()
         track = self._run(piece)
         self.seconds += thread_time() - before
+        if getattr(piece, "orientations", None) is not None and np.isnan(track.modes[0, 0]):
+            return self._from_estimate(piece, track)
         return piece, track
+
+    def _from_estimate(self, piece: Any, track: Any) -> tuple[Any, Any]:
+        """Leave out what comes before the first orientation, where nothing else shows one."""
+        first = int(np.argmax(np.isfinite(track.modes[:, 0])))
+        if np.isnan(track.modes[first, 0]):
+            return None, None
+        self._waited = (first, float(piece.time[first] - piece.time[0]))
+        return rows_of(piece, slice(first, None)), track[first:]
 
     def finish(self, name: str) -> None:
         """Raise an error if there was nothing to start with; say what was left out at the beginning."""
@@ -114,7 +125,7 @@ class Filtering:
             raise InvalidArgumentError("RECORDING", "at least one accelerometer sample", got, hint)
         if self._waited is not None:
             left = f"{self._waited[0]} samples, {self._waited[1]:.3g} s, left out"
-            note(f"{name}: no orientation before the first accelerometer sample: {left}")
+            note(f"{name}: no orientation before the first {self._awaited}: {left}")
 
     def _started(self, piece: Any) -> Any:
         """Return a piece from the sample on that the filter can start with: the accelerometer's first."""
@@ -128,6 +139,9 @@ class Filtering:
                 note(f"{piece.name}: no accelerometer: {what}")
             return piece
         force = piece.accelerometer
+        if piece.orientations is not None and (force is None or not np.isfinite(force[:, 0]).any()):
+            self._awaited = "one that was measured"
+            return piece
         known = np.zeros(0, dtype=np.int64) if force is None else np.flatnonzero(np.isfinite(force[:, 0]))
         first = int(known[0]) if len(known) else piece.size
         if first:
@@ -150,7 +164,8 @@ class Filtering:
         filter_ = ImuFilter()
         smooth = self.options.smooth
         self.name = "imu, smoothed" if smooth else "imu"
-        (filter_.smooth if smooth else filter_.run)(rows_of(first, slice(0, WARM_UP_SAMPLES)))
+        if first.accelerometer is not None:
+            (filter_.smooth if smooth else filter_.run)(rows_of(first, slice(0, WARM_UP_SAMPLES)))
         state: Any = None
 
         def run(piece: ImuRecording) -> Any:
@@ -247,7 +262,7 @@ def _measured_noise(recording: OrientationRecording, options: FilterOptions) -> 
 
 def fitted(options: FilterOptions, recording: Any) -> FilterOptions:
     """Return the options with the plain filter where there is no accelerometer, which the other one starts with."""
-    alone = getattr(recording, "accelerometer", recording) is None
+    alone = getattr(recording, "accelerometer", recording) is None and recording.orientations is None
     return replace(options, plain=True) if alone and not options.smooth else options
 
 
@@ -256,6 +271,7 @@ def pieces_of(recording: Any, options: FilterOptions) -> Iterator[Any]:
     from bingham.recording import ImuRecording
 
     whole = options.smooth or options.plain or not isinstance(recording, ImuRecording)
+    whole = whole or recording.orientations is not None
     size = recording.size if whole else PIECE
     for first in range(0, recording.size, size):
         yield recording if size >= recording.size else rows_of(recording, slice(first, first + size))

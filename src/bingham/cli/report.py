@@ -166,9 +166,24 @@ def _details(row: dict[str, Any]) -> str:
         said.append(f"gyroscope bias {', '.join(f'{bias[a]:.3f}' for a in 'xyz')} °/s (± {width:.2g})")
     final = [f"{name} ± {value:.2f}°" for name, value in row["final_deviation_deg"].items() if value is not None]
     said += [f"at the end {', '.join(final)}"] if final else []
+    if (relative := row.get("relative_heading_std_deg")) is not None:
+        said.append(f"heading since the start ± {relative:.2f}°")
+    if seen := row.get("orientations"):
+        said.append(_fusion(seen))
     if row.get("warnings"):
         said.append(f"{len(row['warnings'])} warning{'s' * (len(row['warnings']) > 1)}")
     return "; ".join(said)
+
+
+def _fusion(seen: dict[str, Any]) -> str:
+    """Return what became of the orientations beside the gyroscope, and the rotations found."""
+    text = f"{seen['used']} of {seen['count']} orientations used, {seen['rejected']} rejected"
+    if (noise := seen.get("noise_deg")) is not None:
+        text += f", their noise {noise:.2f}°"
+    for name in ("mounting", "world"):
+        if (q := seen.get(f"{name}_wxyz")) is not None:
+            text += f", {name} ({', '.join(f'{x:.4f}' for x in q)}) ± {seen[f'{name}_std_deg']:.2f}°"
+    return text
 
 
 def _noise_in_doubt(row: dict[str, Any]) -> bool:

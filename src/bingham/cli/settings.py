@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 if TYPE_CHECKING:
     from bingham.cli.filtering import FilterOptions
+    from bingham.cli.fusion import Beside
     from bingham.cli.output import Outputs
 
 __all__ = ["Settings"]
@@ -21,3 +22,4 @@ class Settings(NamedTuple):
     outputs: Outputs
     orientation_topic: str | None = None
     calibration: Path | None = None
+    beside: Beside | None = None

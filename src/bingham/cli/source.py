@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -26,11 +26,15 @@ LONG = 8_000_000
 
 @dataclass(frozen=True)
 class Source:
-    """A recording to track: its beginning, what comes after in pieces, and all of it if it is in memory."""
+    """A recording to track: its beginning, what comes after in pieces, and all of it if it is in memory.
+
+    `said` is what there is to say about orientations beside it.
+    """
 
     first: Any
     pieces: Iterator[Any]
     whole: Any
+    said: dict[str, Any] = field(default_factory=dict)
 
     @property
     def usual_step(self) -> float:
@@ -44,7 +48,12 @@ def opened_whole(path: Path, name: str, settings: Settings) -> Source:
     from bingham.cli.reading import read
 
     whole = filtering.renamed(read(path, settings.format, settings.reading), name)
-    return Source(whole, iter(()), whole)
+    said: dict[str, Any] = {}
+    if settings.beside is not None:
+        from bingham.cli.fusion import fused
+
+        whole, said = fused(whole, settings.beside)
+    return Source(whole, iter(()), whole, said)
 
 
 def in_pieces(source: Source, options: FilterOptions) -> Iterator[Any]:
@@ -76,7 +85,7 @@ def _suits(path: Path, settings: Settings) -> bool:
     outputs, options = settings.outputs, settings.filtering
     if outputs.tum or outputs.bag or outputs.report or outputs.rerun or options.plain or options.smooth:
         return False
-    if settings.reading.keys() - {"columns", "units", "rate", "max_size", "beside"}:
+    if settings.beside is not None or settings.reading.keys() - {"columns", "units", "rate", "max_size", "beside"}:
         return False
     if str(path) in settings.reading.get("beside", {}):
         return False

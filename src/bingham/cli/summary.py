@@ -42,6 +42,8 @@ class Summary:
         self._deviations: dict[str, Thinned] = {}
         self._final: dict[str, float] = {}
         self._bias: dict[str, Any] = {}
+        self._relative = np.nan
+        self._orientations: dict[str, int] | None = None
 
     def add(self, piece: Any, track: Any) -> None:
         """Take a piece of a recording and its track."""
@@ -68,6 +70,13 @@ class Summary:
                 "bias_deg_s": dict(zip("xyz", np.degrees(bias[-1]).tolist(), strict=True)),
                 "bias_std_deg_s": dict(zip("xyz", np.degrees(track.bias_std[-1]).tolist(), strict=True)),
             }
+
+        if (relative := getattr(track, "relative_heading_std", None)) is not None and len(relative):
+            self._relative = float(np.degrees(relative[-1]))
+        if (log := getattr(track, "orientations", None)) is not None:
+            before = self._orientations or {"count": 0, "used": 0, "rejected": 0}
+            told = {"count": len(log), "used": int(log.used.sum()), "rejected": int(log.rejected.sum())}
+            self._orientations = {name: value + told[name] for name, value in before.items()}
 
     def _add_times(self, time: Any) -> None:
         steps = np.diff(time, prepend=time[:1] if np.isnan(self._last) else self._last)
@@ -105,6 +114,8 @@ class Summary:
             "final_deviation_deg": {name: _known(value) for name, value in self._final.items()},
             "median_deviation_deg": {name: _known(_median(values)) for name, values in angles.items()},
             **self._bias,
+            **({} if np.isnan(self._relative) else {"relative_heading_std_deg": self._relative}),
+            **({} if self._orientations is None else {"orientations": dict(self._orientations)}),
         }
 
 

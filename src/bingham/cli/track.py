@@ -10,6 +10,7 @@ from typing import Any
 
 import typer
 
+from bingham.cli.fusion import Align
 from bingham.cli.terminal import print_json, progress_bar, say, say_error
 from bingham.errors import InvalidArgumentError
 
@@ -33,6 +34,8 @@ Examples:
     bingham track recordings/ --jobs 4 -o tracks
 
     bingham track camera.txt --measurement-noise 0.02 --process-noise 0.5 --tum -o tracks
+
+    bingham track gyro.csv camera.txt --fuse --align both -o tracks
 """
 
 
@@ -81,7 +84,7 @@ def track(
         None,
         metavar="A,B,...",
         help="Columns of CSV and Parquet: quaternion, euler, deviation, bias, bias_std, covariance, concentrations, "
-        "evidence, rest, decision; the first four, those there are, unless given.",
+        "relative_heading, evidence, rest, decision; the first four, those there are, unless given.",
     ),
     csv: bool = typer.Option(True, help="Write NAME.track.csv."),
     npz: bool = typer.Option(True, help="Write NAME.track.npz."),
@@ -119,6 +122,15 @@ def track(
     ),
     calibration: Path | None = typer.Option(
         None, "--calibration", metavar="FILE", help="IMU: the magnetometer's, as bingham calibrate writes it."
+    ),
+    fuse: bool = typer.Option(
+        False,
+        "--fuse",
+        help="Two recordings, inertial and of orientations (camera, motion capture): one track of both.",
+    ),
+    align: Align = typer.Option(
+        Align.none,
+        help="With --fuse: find the constant rotation between camera and sensor, between their worlds, or both.",
     ),
     plain: bool = typer.Option(False, "--plain", help="IMU: the simple filter, without gyroscope bias."),
     spin: bool = typer.Option(
@@ -183,6 +195,18 @@ def track(
     _check_fields(chosen)
     if not (csv or npz or parquet or tum or bag or figure or report or rerun):
         raise InvalidArgumentError("--no-npz", "something to write", "none of the files", "leave one --no-… out")
+    other = None
+    if fuse:
+        from bingham.cli.fusion import beside
+
+        reject_options(given, ("process_noise", "gate", "plain", "bag", "jobs", "scheduler"), "no --fuse", "--fuse")
+        noise = measurement_noise if "measurement_noise" in given else None
+        if noise is not None and not 0.0 < noise < 1.0:
+            raise InvalidArgumentError("--measurement-noise", "rad, above 0 and below 1", noise)
+        inertial, other = beside(recordings, format, reading, align, noise)
+        recordings = [inertial]
+    else:
+        reject_options(given, ("align",), "--fuse", "no --fuse")
     settings = Settings(
         format=format,
         reading=reading,
@@ -192,6 +216,7 @@ def track(
         ),
         orientation_topic=orientation_topic,
         calibration=calibration,
+        beside=other,
     )
     found = named(gathered(expanded(recordings), reading))
     if bag:
@@ -232,7 +257,8 @@ def _track_alone(path: Path, name: str, output: Path, settings: Any, given: dict
         if orientations:
             reject_options(given, OF_INERTIAL, "an inertial recording", "orientations alone")
         else:
-            reject_options(given, OF_ORIENTATIONS, "a recording of orientations", "inertial ones alone")
+            names = OF_ORIENTATIONS if settings.beside is None else ()
+            reject_options(given, names, "a recording of orientations", "inertial ones alone")
 
     with progress_bar(4) as show:
         steps = itertools.count()

@@ -7,7 +7,7 @@ from collections.abc import Callable, Generator
 from contextlib import contextmanager
 from pathlib import Path
 from time import perf_counter
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from bingham.cli.filtering import Filtering, fitted, note, rows_of
 from bingham.cli.settings import Settings
@@ -15,9 +15,6 @@ from bingham.cli.source import Source, in_pieces, opened, opened_whole
 from bingham.cli.thinned import Peaks, Thinned, merged
 from bingham.errors import InvalidArgumentError, RecordingWarning
 from bingham.io.running_clock import WholeNeededError
-
-if TYPE_CHECKING:
-    pass
 
 __all__ = ["track_one"]
 
@@ -125,6 +122,8 @@ def _track(
     if summary.doubt:
         note(f"{name}: {summary.doubt}")
     row: dict[str, Any] = {"recording": name, "file": str(path), "filter": filtering.name, **summary.row()}
+    if "orientations" in row:
+        row["orientations"] |= source.said
     row["us_per_sample"] = 1e6 * filtering.seconds / summary.samples
     row["files"] = files.names
     if keep:

@@ -15,6 +15,8 @@ from .imu_track import ImuTrack as ImuTrack
 from .inertial import InertialFilter as InertialFilter
 from .mixture_filter import MixtureFilter as MixtureFilter
 from .mixture_filter import ambiguous_noise as ambiguous_noise
+from .orientation_alignment import OrientationAlignment as OrientationAlignment
+from .orientation_alignment import align_orientations as align_orientations
 from .orientation_log import OrientationLog as OrientationLog
 from .protocol import Filter as Filter
 from .protocol import UpdateInfo as UpdateInfo

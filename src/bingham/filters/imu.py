@@ -22,6 +22,7 @@ from bingham.kernels.imu_loop import smooth as smooth_kernel
 from bingham.kernels.imu_model import FIRST_SWING, FIRST_TILT, SWING_PERIOD, WORK
 from bingham.models.sensors import davenport_matrix
 from bingham.recording import ImuRecording
+from bingham.rotations import rotate
 
 __all__ = ["ImuFilter"]
 
@@ -325,6 +326,10 @@ class ImuFilter:
         )
         if smooth and count:
             smooth_kernel(kept[:count], out)
+        given = recording.orientations
+        if given is not None and given.mounting_covariance is not None:
+            turn = np.stack([rotate(out["mode"], axis) for axis in np.eye(3)], axis=-1)
+            out["covariance"] += turn @ given.mounting_covariance @ np.swapaxes(turn, 1, 2)
         warn_of_faults(recording.name, {name: n - before[name] for name, n in state.faults.items()})
         log = None if recording.orientations is None else OrientationLog.of(seen)
         if log is not None:

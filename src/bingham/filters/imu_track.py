@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, ClassVar, Literal
+from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -115,6 +115,13 @@ class ImuTrack(TrackMethods):
         """
         angle = 2.0 * np.arctan2(self.modes[:, 3], self.modes[:, 0])
         return angle - 2.0 * np.pi * np.round(angle / (2.0 * np.pi))
+
+    def columns(self) -> dict[str, NDArray[Any]]:
+        """Return `Track.columns` and, where it is known, the heading since the start."""
+        out = super().columns()
+        if np.isfinite(self.relative_heading_std).any():
+            out |= {"relative_heading": self.relative_heading, "relative_heading_std": self.relative_heading_std}
+        return out
 
     @property
     def decision(self) -> NDArray[np.int8]:  # pyright: ignore[reportIncompatibleVariableOverride]

@@ -27,6 +27,7 @@ IMU, ORIENTATIONS = "bingham-imu-1", "bingham-orientations-1"
 LONGEST_TEXT = 16_384  # bytes
 
 ORIENTATION_FIELDS = ("time", "orientation", "position", "truth", "score")
+BESIDE_FIELDS = ("time", "orientation", "covariance")
 IMU_FIELDS = ("time", "gyroscope", "accelerometer", "magnetometer", "reference", "score")
 
 
@@ -64,11 +65,18 @@ def read_npz(path: str | Path) -> ImuRecording | OrientationRecording:
         names = {name: f"truth_{name}" for name in ORIENTATION_FIELDS}
         values = _present(fields, ORIENTATION_FIELDS, "truth_")
         truth = fields.build(OrientationRecording, names, name=_text(path, content, "truth_name"), **values)
+    orientations = None
+    if "beside_time" in content:
+        names = {name: f"beside_{name}" for name in BESIDE_FIELDS}
+        values = _present(fields, BESIDE_FIELDS, "beside_")
+        orientations = fields.build(OrientationRecording, names, name=_text(path, content, "beside_name"), **values)
     known = ("format", "name", "earth_frame", "truth_name", *IMU_FIELDS, *(f"truth_{n}" for n in ORIENTATION_FIELDS))
+    known += ("beside_name", *(f"beside_{n}" for n in BESIDE_FIELDS))
     if unknown := [name for name in content if name not in known]:
         note(f"{path}: unknown fields left out: {', '.join(unknown)}; known: {' '.join(IMU_FIELDS)}")
     values = {"gyroscope": fields.as_numbers("gyroscope")} | _present(fields, IMU_FIELDS)
     about = {"name": _text(path, content, "name"), "earth_frame": _text(path, content, "earth_frame"), "truth": truth}
+    about["orientations"] = orientations
     return fields.build(ImuRecording, {}, **about, **values)
 
 
@@ -89,6 +97,9 @@ def write_npz(path: str | Path, recording: ImuRecording | OrientationRecording) 
         if recording.truth is not None:
             content["truth_name"] = recording.truth.name
             content |= {f"truth_{name}": getattr(recording.truth, name) for name in ORIENTATION_FIELDS}
+        if (seen := recording.orientations) is not None:
+            content["beside_name"] = seen.name
+            content |= {f"beside_{name}": getattr(seen, name) for name in BESIDE_FIELDS}
     else:
         content |= {"format": ORIENTATIONS} | {name: getattr(recording, name) for name in ORIENTATION_FIELDS}
     save_archive(path, content)

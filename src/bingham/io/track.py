@@ -27,6 +27,7 @@ TRACK = "bingham-track-1"
 PER_STEP = {
     "matrices", "covariance", "concentrations", "frames", "log_evidence", "accepted", "reason", "decision", "nis",
     "rotation_covariance_upper", "bias", "bias_std", "rest", "magnetometer_code", "magnetometer_statistic",
+    "relative_heading_std",
 }  # fmt: skip
 
 

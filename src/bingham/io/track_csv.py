@@ -199,7 +199,7 @@ def _checked(content: dict[str, Any]) -> dict[str, Any]:
 # Shapes of a row of what has one for each time; d is the dimension.
 PER_ROW: dict[str, tuple[Any, ...]] = {
     **dict.fromkeys(("time", "rest", "log_evidence", "accepted", "reason"), ()),
-    **dict.fromkeys(("magnetometer_code", "magnetometer_statistic"), ()),
+    **dict.fromkeys(("magnetometer_code", "magnetometer_statistic", "relative_heading_std"), ()),
     **dict.fromkeys(("modes", "concentrations"), ("d",)),
     **dict.fromkeys(("frames", "matrices"), ("d", "d")),
     **dict.fromkeys(("covariance", "rotation_covariance"), (3, 3)),

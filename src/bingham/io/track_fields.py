@@ -43,7 +43,7 @@ def content_of(track: Track[Any] | ImuTrack | Mapping[str, Any]) -> dict[str, An
         return dict(track)
     if isinstance(track, ImuTrack):
         names = ["time", "modes", "rotation_covariance", "bias", "bias_std", "rest", "log_evidence"]
-        names += ["magnetometer_code", "magnetometer_statistic"]
+        names += ["magnetometer_code", "magnetometer_statistic", "relative_heading_std"]
         return {name: getattr(track, name) for name in names} | {"state": track.final.to_json()}
     if isinstance(track, Track):  # pyright: ignore[reportUnnecessaryIsInstance]
         names = ["time", "modes", "log_evidence", "nis", "decision", "threshold"]
@@ -171,6 +171,18 @@ def _decision(content: Content, _: str) -> list[Column]:
     return [Column(name, 0, np.asarray(content[name])) for name in names]
 
 
+def _relative_heading(content: Content, _: str) -> list[Column]:
+    std = content.get("relative_heading_std")
+    if std is None or not len(std) or not np.isfinite(std[-1]):
+        return []
+    angle = 2 * np.arctan2(content["modes"][:, 3], content["modes"][:, 0])
+    angle -= 2 * np.pi * np.round(angle / (2 * np.pi))
+    return [
+        Column("relative_heading_deg", 6, np.degrees(angle)),
+        Column("relative_heading_std_deg", -6, np.degrees(np.asarray(std))),
+    ]
+
+
 def _rest(content: Content, _: str) -> list[Column]:
     return [Column("rest", 0, np.asarray(content["rest"]))] if "rest" in content else []
 
@@ -184,6 +196,7 @@ FIELDS: dict[str, Callable[[Content, str], list[Column]]] = {
     "bias_std": _vector("bias_std"),
     "covariance": _covariance,
     "concentrations": _concentrations,
+    "relative_heading": _relative_heading,
     "evidence": _evidence,
     "rest": _rest,
     "decision": _decision,
