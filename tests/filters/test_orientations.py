@@ -10,9 +10,9 @@ import pytest
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation, Slerp
 
-from bingham import ImuFilter, ImuRecording
+from bingham import Bingham, BinghamFilter, Gyroscope, ImuFilter, ImuRecording
 from bingham.errors import InvalidArgumentError, RecordingWarning
-from bingham.filters import ImuStream
+from bingham.filters import Gate, ImuStream, align_orientations
 from bingham.recording import OrientationRecording, amended
 
 FloatArray = NDArray[np.float64]
@@ -143,6 +143,75 @@ def test_a_gate_that_rejects_most_says_so() -> None:
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         FILTER.run(body.recording())
+
+
+def test_first_order_filter_says_that_a_bias_makes_its_gate_reject_most() -> None:
+    body = Body(52, 60.0)
+    t, q, c, _ = body.camera
+    noise = Bingham.from_covariance([1.0, 0.0, 0.0, 0.0], c, frame="world")
+    rows = np.full((len(body.time), 4), np.nan)
+    rows[np.searchsorted(body.time, t)] = q
+    f = BinghamFilter(Gyroscope(2e-4), noise, gate=Gate(0.999))
+    with pytest.warns(RecordingWarning, match=r"the gate rejected \d+ of \d+ measurements.*gyroscope biased"):
+        f.run(Bingham.uniform(4), rows, controls=body.gyroscope, times=body.time)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        f.run(Bingham.uniform(4), rows, controls=body.gyroscope - BIAS, times=body.time)
+
+
+@pytest.mark.parametrize("accelerometer", [True, False])
+def test_constant_rotations_are_found(accelerometer: bool) -> None:
+    body = Body(55)
+    t, q, _, _ = body.camera
+    mounting, world = Rotation.from_rotvec([0.5, -1.4, 0.9]), Rotation.from_rotvec([1.2, 0.3, -2.0])
+    seen = world * Rotation.from_quat(q, scalar_first=True) * mounting
+    recording = amended(body.recording(accelerometer=accelerometer), orientations=(t, seen))
+    found = align_orientations(recording, world=accelerometer)
+    off = (Rotation.from_quat(found.mounting, scalar_first=True) * mounting.inv()).magnitude()
+    assert off < 3.0 * found.mounting_std < 0.03
+    assert found.noise == pytest.approx(NOISE, rel=0.15)
+    left = Rotation.from_quat(found.world, scalar_first=True) * world
+    up = left.apply([0.0, 0.0, 1.0])
+    assert not accelerometer or np.arccos(up[2]) < 0.005
+    track = FILTER.run(amended(recording, orientations=found.apply(recording.orientations)))
+    rows = body.time > 20.0
+    e = Rotation.from_quat(track.modes[rows], scalar_first=True) * (left * body.truth[rows]).inv()
+    assert np.sqrt(np.mean(e.magnitude() ** 2)) < np.radians(0.7)
+    np.testing.assert_array_equal(track.orientations.rejected[2:], body.wrong[2:])
+
+
+def test_what_cannot_be_aligned_is_said() -> None:
+    body = Body(56, 20.0)
+    t, q, _, _ = body.camera
+    spin = np.zeros_like(body.gyroscope)
+    spin[:, 2] = 1.0
+    turned = Rotation.from_rotvec(np.outer(t, [0.0, 0.0, 1.0]))
+    about_one_axis = ImuRecording("s", body.time, spin, orientations=(t, turned))
+    with pytest.raises(InvalidArgumentError, match=r"shows the mounting.*all their axes"):
+        align_orientations(about_one_axis, world=False)
+    with pytest.raises(InvalidArgumentError, match=r"world.*accelerometer"):
+        align_orientations(about_one_axis)
+    backwards = Rotation.from_quat(q, scalar_first=True).inv()
+    with pytest.raises(InvalidArgumentError, match=r"rotations as the gyroscope's.*world to body"):
+        align_orientations(amended(body.recording(), orientations=(t, backwards)))
+    with pytest.raises(InvalidArgumentError, match="at least 10 pairs"):
+        align_orientations(amended(body.recording(), orientations=(t[:5], q[:5])))
+
+
+def test_a_slow_turn_is_no_bias_where_a_camera_sees_it() -> None:
+    t = np.arange(6000) / RATE
+    rng = np.random.default_rng(8)
+    truth = Rotation.from_rotvec(np.outer(t, [0.0, 0.0, 0.12]))
+    gyroscope = np.array([0.0, 0.0, 0.12]) + 1e-3 * rng.standard_normal((len(t), 3))
+    force = np.array([0.0, 0.0, 9.81]) + 0.02 * rng.standard_normal((len(t), 3))
+    seen = Rotation.from_rotvec(NOISE * rng.standard_normal((120, 3))) * truth[::50]
+    for accelerometer in (force, None):
+        track = FILTER.run(ImuRecording("s", t, gyroscope, accelerometer, orientations=(t[::50], seen)))
+        error = (Rotation.from_quat(track.modes[2000:], scalar_first=True) * truth[2000:].inv()).magnitude()
+        assert np.sqrt(np.mean(error**2)) < np.radians(0.6)
+        assert np.abs(track.bias[-1]).max() < 0.003
+    alone = FILTER.run(ImuRecording("s", t, gyroscope, force))
+    assert alone.bias[-1, 2] > 0.05  # without the camera it is taken for one
 
 
 def test_relative_heading_is_what_six_axes_know() -> None:

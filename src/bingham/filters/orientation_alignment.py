@@ -30,6 +30,9 @@ LARGEST = 2.5  # rad: rotation vectors near π jump
 ENOUGH = 10  # pairs
 BIWEIGHT = 4.685  # Tukey's: residuals beyond so many deviations count for nothing
 ROUNDS = 30
+MEDIAN = 1.538  # of the length of three normal numbers, in deviations
+LOOSE = 0.1  # rad: residuals that are this large, and half of the rotations, are no noise
+FINEST = 1e-3  # rad: no orientations and rates agree better
 UNSEEN = np.radians(5.0)  # standard deviation of a mounting that the motion does not show
 HINT = "turn camera and sensor together about all their axes for half a minute"
 
@@ -149,6 +152,11 @@ def align_orientations(recording: ImuRecording, *, mounting: bool = True, world:
         bias = bias + step[3:]
         if np.abs(step).max() < 1e-7:
             break
+    outliers = float(np.mean(weight == 0.0))
+    if scale > LOOSE and MEDIAN * scale > 0.5 * float(np.median(np.linalg.norm(delta, axis=1))):
+        hint = "is a clock shifted, a quaternion in another order, or the orientation world to body?"
+        got = f"usually {np.degrees(MEDIAN * scale):.0f}° off in {SHORTEST} s"
+        raise InvalidArgumentError("orientations", "rotations as the gyroscope's", got, hint)
     axes = IDENTITY
     if mounting:
         axes = Rotation.from_matrix(matrix).as_quat(scalar_first=True)
@@ -156,11 +164,6 @@ def align_orientations(recording: ImuRecording, *, mounting: bool = True, world:
             raise InvalidArgumentError(
                 "orientations", "a motion that shows the mounting", "rotations about one axis", HINT
             )
-    outliers = float(np.mean(weight == 0.0))
-    if outliers > 0.6:
-        hint = "is a clock shifted, a quaternion in another order, or the orientation world to body?"
-        got = f"{100 * outliers:.0f} % of pairs contradict it"
-        raise InvalidArgumentError("orientations", "rotations as the gyroscope's", got, hint)
     around = matrix @ covariance[:3, :3] @ matrix.T if mounting else np.zeros((3, 3))
     level, level_std = IDENTITY, 0.0
     if world:
@@ -216,8 +219,7 @@ def _biweights(residual: FloatArray, delta: FloatArray, d: FloatArray) -> tuple[
     """Return Tukey's weights and the deviation of a residual about each axis."""
     size = np.linalg.norm(residual, axis=1)
     usable = (np.linalg.norm(delta, axis=1) < LARGEST) & (np.linalg.norm(d, axis=1) < LARGEST)
-    # The median of |three normal numbers| is 1.538 deviations.
-    scale = max(float(np.median(size[usable])) / 1.538 if usable.any() else 1.0, 1e-9)
+    scale = max(float(np.median(size[usable])) / MEDIAN if usable.any() else 1.0, 1e-9)
     share = size / (BIWEIGHT * scale)
     return np.where(usable & (share < 1.0), (1.0 - share**2) ** 2, 0.0), scale
 
@@ -242,7 +244,7 @@ def _newton(
     # A ridge far below what a motion shows keeps what it does not show where it was.
     inverse[free, free] = np.linalg.inv(normal[free, free] + 1e-9 * np.eye(6)[free, free])
     step = inverse @ np.einsum("n,nki,nk->i", weight, jacobian, residual)
-    return step, scale**2 * inverse
+    return step, max(scale, FINEST) ** 2 * inverse
 
 
 def _level(
@@ -279,7 +281,7 @@ def _robust_mean(rows: FloatArray) -> tuple[FloatArray, float]:
     mean, scale, weight = np.median(rows, axis=0), 1.0, np.ones(len(rows))
     for _ in range(ROUNDS):
         size = np.linalg.norm(rows - mean, axis=1)
-        scale = max(float(np.median(size)) / 1.538, 1e-12)
+        scale = max(float(np.median(size)) / MEDIAN, 1e-12)
         weight = np.maximum(1.0 - (size / (BIWEIGHT * scale)) ** 2, 0.0) ** 2
         mean = weight @ rows / weight.sum()
     return mean, scale / float(np.sqrt(weight.sum()))

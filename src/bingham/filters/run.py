@@ -368,7 +368,7 @@ def warn_of_rejections(track: Track[Any]) -> None:
             warnings.warn(
                 f"the gate rejected {rejected} of {measured} measurements{sensor}, the first in row "
                 f"{int(np.argmax(decision[:, s] == REJECTED))}: is a noise too small, the prior too narrow, a unit or "
-                "an axis another one?",
+                "an axis another one, a gyroscope biased (ImuFilter takes orientations and estimates its bias)?",
                 RecordingWarning,
                 stacklevel=4,
             )
