@@ -136,7 +136,7 @@ def align_orientations(recording: ImuRecording, *, mounting: bool = True, world:
         raise InvalidArgumentError("orientations", expected, len(first), HINT)
     d = to_rotation_vector(compose(conjugate(camera[first]), camera[second]))
     bias, matrix = np.zeros(3), np.eye(3)
-    weight, scale, covariance = np.ones(len(d)), 1.0, np.eye(6)
+    delta, weight, scale, covariance = d, np.ones(len(d)), 1.0, np.eye(6)
     for count in range(ROUNDS):
         integrated = _integrated(recording, bias)
         at = _at(recording, integrated, time, bias)
