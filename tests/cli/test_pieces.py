@@ -100,3 +100,18 @@ def test_extremes_of_curves_are_kept_wherever_they_are(piece):
             assert (np.nanmin(kept), np.nanmax(kept)) == (np.nanmin(stretch), np.nanmax(stretch))
     steps = np.diff(t)
     assert np.median(steps) == pytest.approx(steps.max())  # most rows are even ones: nothing looks like a gap
+
+
+def test_faults_are_counted_over_all_pieces(tmp_path, monkeypatch):
+    file = recording(tmp_path, unordered=False)
+    rows = file.read_text().splitlines()
+    for k in (150, 350, 550, 750):
+        cells = rows[k].split(",")
+        rows[k] = ",".join([cells[0], "1e6", *cells[2:]])
+    file.write_text("\n".join(rows) + "\n")
+    settings = Settings(None, {}, options(), Outputs(figure=False))
+    whole = tracking.track_one(file, "walk", tmp_path / "whole", settings)
+    monkeypatch.setattr(filtering, "PIECE", 200)
+    parts = tracking.track_one(file, "walk", tmp_path / "parts", settings)
+    assert any("4 gyroscope samples" in text for text in whole["warnings"]), whole["warnings"]
+    assert parts["warnings"] == whole["warnings"]

@@ -170,7 +170,7 @@ def test_a_malformed_recording_ends_in_one_line_and_no_output(bingham, imu, tmp_
         (("--column", "gx"), "--column: expected NAME=VALUE, got 'gx'"),
         (("--topic", "imu=/a"), "--topic imu=TOPIC: expected a format that has such"),
         (("--topic", "a=/a"), "--topic: expected imu=TOPIC, gyroscope=TOPIC"),
-        (("--format", "mp3"), "--format: expected one of rosbag, euroc"),
+        (("--format", "mp3"), "--format: expected one of broad, euroc"),
         (("--measurement-noise", 9), "--measurement-noise: expected a recording of orientations, got inertial ones"),
         (("--smooth", "--plain"), "--smooth: expected the filter with bias, got --plain; leave one of the two out"),
     ],

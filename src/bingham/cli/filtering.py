@@ -23,9 +23,9 @@ WARM_UP_SAMPLES = 3
 USUAL_NOISE = 0.04  # rad, the default of --measurement-noise: what a recording tells of itself takes its place
 VARIED = 1.05  # ratio of variances below which one is as good as each
 WIDEST_NOISE = 0.8  # rad, beyond which a covariance says nothing of an orientation
-# Samples that are filtered at once; what a filter says of one takes some 400 bytes. Of a magnetometer the last few of
-# a piece stay "waiting for the next update".
-PIECE = 200_000
+# Samples that are filtered at once: what a filter says of them, some 400 bytes each, is better kept in memory that was
+# used before. Of a magnetometer the last few of a piece stay "waiting for the next update".
+PIECE = 50_000
 
 
 def note(message: str) -> None:
@@ -93,6 +93,7 @@ class Filtering:
         self._run: Callable[[Any], Any] | None = None
         self._waited: tuple[int, float] | None = None
         self._awaited = "accelerometer sample"
+        self._faults: dict[str, int] = {}
 
     def run(self, piece: ImuRecording | OrientationRecording) -> tuple[Any, Any]:
         """Return the part of a piece that has an estimate, and its track; (None, None) if there is no such part."""
@@ -123,6 +124,10 @@ class Filtering:
             got = f"{name} without one"
             hint = "gravity shows where up is; is it called by another name? --plain follows the gyroscope alone"
             raise InvalidArgumentError("RECORDING", "at least one accelerometer sample", got, hint)
+        if self._faults:
+            from bingham.filters.imu import warn_of_faults
+
+            warn_of_faults(name, self._faults)
         if self._waited is not None:
             left = f"{self._waited[0]} samples, {self._waited[1]:.3g} s, left out"
             note(f"{name}: no orientation before the first {self._awaited}: {left}")
@@ -170,8 +175,11 @@ class Filtering:
 
         def run(piece: ImuRecording) -> Any:
             nonlocal state
-            track = filter_.smooth(piece) if smooth else filter_.run(piece, state=state)
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore", RecordingWarning)  # of faults, which are said of the whole at the end
+                track = filter_.smooth(piece) if smooth else filter_.run(piece, state=state)
             state = track.final
+            self._faults = state.faults
             return track
 
         return run

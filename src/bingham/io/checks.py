@@ -51,7 +51,7 @@ R = TypeVar("R", ImuRecording, OrientationRecording)
 # What `as_seconds` suspects times to be → the unit to name.
 SUSPECTED = {"nano": "ns", "microseconds": "us", "milliseconds": "ms"}
 # Rows from which is told what is usual in a file: so that pieces of it and the whole are treated alike.
-HEAD = 200_000
+HEAD = 100_000
 # Text files round quaternions to as few as four decimals; a wrong column order is much further off.
 QUATERNION_TOLERANCE = 1e-3
 # Deviations up to this are float32 rounding and not worth a warning; up to the next, float64 rounding.
