@@ -4,28 +4,30 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Generic, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from bingham.distributions.bingham import Bingham
 from bingham.distributions.bounded import bounded_concentrations
-from bingham.distributions.mixture import BinghamMixture, log_area
+from bingham.distributions.mixture_density import MixtureDensity, log_area
 from bingham.notebook import Tabled
 
 __all__ = ["EMResult", "distributions_of_moments", "expectation_maximization"]
 
 FloatArray = NDArray[np.float64]
+M = TypeVar("M", bound=MixtureDensity)
 
 
 @dataclass(frozen=True, slots=True)
-class EMResult(Tabled):
+class EMResult(Tabled, Generic[M]):
     """What a run of expectation-maximisation reached.
 
     Parameters
     ----------
-    mixture : BinghamMixture
+    mixture : MixtureDensity
         The last one.
     log_likelihood : float
         Σ wₙ log f(xₙ) of that mixture.
@@ -37,7 +39,7 @@ class EMResult(Tabled):
         Whether a component fell below the minimum number of points; the run stopped there.
     """
 
-    mixture: BinghamMixture
+    mixture: M
     log_likelihood: float
     trace: FloatArray
     converged: bool
@@ -62,7 +64,7 @@ def distributions_of_moments(moments: FloatArray, rows: FloatArray, max_concentr
 
 def expectation_maximization(
     x: FloatArray,
-    start: BinghamMixture,
+    start: M,
     *,
     weights: FloatArray | None = None,
     tolerance: float = 1e-8,
@@ -70,7 +72,7 @@ def expectation_maximization(
     max_concentration: float = 1e6,
     min_points: float = 0.0,
     progress: Callable[[int, float], None] | None = None,
-) -> EMResult:
+) -> EMResult[M]:
     """Climb the likelihood from `start`; the number of components and whether there is a background stay.
 
     E step: rₙₖ = αₖ fₖ(xₙ) / f(xₙ). M step: αₖ = Σ wₙ rₙₖ / Σ wₙ, and Aₖ the maximum-likelihood distribution of the
@@ -80,8 +82,8 @@ def expectation_maximization(
     ----------
     x : (n, d) ndarray
         Unit rows, float64, contiguous.
-    start : BinghamMixture
-        Where to start; its concentrations are cut at the ceiling.
+    start : MixtureDensity
+        Where to start, and the class of what is found; its concentrations are cut at the ceiling.
     weights : (n,) ndarray, optional
         Non-negative counts.
     tolerance : float
@@ -105,7 +107,7 @@ def expectation_maximization(
     # A few chunks are not worth waking threads for.
     e_step = expectation_rows if len(x) <= 8 * CHUNK else expectation
 
-    def step(mixture: BinghamMixture) -> float:
+    def step(mixture: M) -> float:
         with np.errstate(divide="ignore"):
             offsets = np.log(mixture.weights) - mixture.components.log_normalizer
         floor = math.log(mixture.background) - area if mixture.background > 0.0 else -math.inf
@@ -116,9 +118,7 @@ def expectation_maximization(
     mixture = start
     if np.any(start.components.z < -max_concentration):
         z = np.maximum(start.components.z, -max_concentration)
-        mixture = BinghamMixture(
-            start.weights, Bingham.from_spectrum(z, np.array(start.components.M)), start.background
-        )
+        mixture = replace(start, components=Bingham.from_spectrum(z, np.array(start.components.M)))
     rows = np.ascontiguousarray(np.swapaxes(mixture.components.M, -1, -2))
     trace = [step(mixture)]
     converged = starved = False
@@ -129,7 +129,7 @@ def expectation_maximization(
         background = max(0.0, 1.0 - float(masses.sum()) / total) if mixture.background > 0.0 else 0.0
         distributions = distributions_of_moments(moments / masses[:, None, None], rows, max_concentration)
         alpha = masses * ((1.0 - background) / masses.sum())
-        mixture = BinghamMixture(alpha, distributions, background)
+        mixture = replace(mixture, weights=alpha, components=distributions, background=background)
         rows = np.ascontiguousarray(np.swapaxes(distributions.M, -1, -2))
         trace.append(step(mixture))
         if progress is not None:

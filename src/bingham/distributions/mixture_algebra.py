@@ -2,26 +2,28 @@
 
 from __future__ import annotations
 
-from typing import Any
+from dataclasses import replace
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.special import logsumexp
 
 from bingham.distributions.bingham import Bingham
-from bingham.distributions.mixture import BinghamMixture, log_area
+from bingham.distributions.mixture_density import MixtureDensity, log_area
 from bingham.errors import InvalidArgumentError
 
 __all__ = ["compose_mixtures", "entropy_bounds", "multiply", "peaks", "reduce"]
 
 FloatArray = NDArray[np.float64]
+M = TypeVar("M", bound=MixtureDensity)
 
 PEAK_STEPS = 200
 # Peaks closer than this angle, in rad, are one.
 PEAK_DISTANCE = 1e-4
 
 
-def multiply(p: BinghamMixture, q: BinghamMixture) -> tuple[BinghamMixture, float]:
+def multiply(p: M, q: M) -> tuple[M, float]:
     """Return the normalised product of two mixtures and log ∫ p(x) q(x) dx, nothing pruned.
 
     Component (i, j) has matrix Aᵢ + Bⱼ and weight ∝ αᵢ βⱼ F(Aᵢ + Bⱼ) / (F(Aᵢ) F(Bⱼ)); a background leaves the other
@@ -51,10 +53,11 @@ def multiply(p: BinghamMixture, q: BinghamMixture) -> tuple[BinghamMixture, floa
     log_w = np.concatenate(logs)
     evidence = float(np.asarray(logsumexp(np.append(log_w, log_uniform))))
     distributions = Bingham.from_spectrum(np.concatenate(z), np.concatenate(frames))
-    return BinghamMixture(np.exp(log_w - evidence), distributions, float(np.exp(log_uniform - evidence))), evidence
+    weights, background = np.exp(log_w - evidence), float(np.exp(log_uniform - evidence))
+    return replace(p, weights=weights, components=distributions, background=background), evidence
 
 
-def compose_mixtures(p: BinghamMixture, q: BinghamMixture) -> BinghamMixture:
+def compose_mixtures(p: M, q: M) -> M:
     """Return the mixture of pᵢ ⊕ qⱼ with weights αᵢ βⱼ; whatever meets a background is uniform."""
     if p.dim != q.dim:
         raise InvalidArgumentError("other", f"a distribution of dimension {p.dim}", q.dim)
@@ -64,7 +67,7 @@ def compose_mixtures(p: BinghamMixture, q: BinghamMixture) -> BinghamMixture:
         np.stack([distribution.M for distribution in distributions]),
     )
     background = p.background + q.background - p.background * q.background
-    return BinghamMixture(np.outer(p.weights, q.weights).ravel(), batch, background)
+    return replace(p, weights=np.outer(p.weights, q.weights).ravel(), components=batch, background=background)
 
 
 def entropy_bounds(distributions: Bingham, weights: FloatArray) -> tuple[float, float]:
@@ -87,7 +90,7 @@ def _merge_cost(weights: FloatArray, moments: FloatArray, entropies: FloatArray,
     return total * merged.entropy() - weights[i] * entropies[i] - weights[j] * entropies[j], merged
 
 
-def reduce(mixture: BinghamMixture, size: int, limit: float) -> BinghamMixture:
+def reduce(mixture: M, size: int, limit: float) -> M:
     """Return the mixture with pairs merged down to `size` components or while a merge costs less than `limit`."""
     if size < 1:
         raise InvalidArgumentError("size", "at least one component", size)
@@ -122,10 +125,10 @@ def reduce(mixture: BinghamMixture, size: int, limit: float) -> BinghamMixture:
             low, high = np.minimum(others, a), np.maximum(others, a)
             cost[low, high] = _merge_cost(weights, moments, entropies, low, high)[0]
     batch = Bingham.from_spectrum(np.ascontiguousarray(z[alive]), np.ascontiguousarray(frames[alive]))
-    return BinghamMixture(weights[alive], batch, mixture.background)
+    return replace(mixture, weights=weights[alive], components=batch)
 
 
-def peaks(mixture: BinghamMixture) -> tuple[FloatArray, FloatArray]:
+def peaks(mixture: MixtureDensity) -> tuple[FloatArray, FloatArray]:
     """Return axes (P, d) and log-densities (P,) of the local maxima reached from the components' modes."""
     x = np.array(mixture.components.mode)
     matrices = mixture.components.matrix

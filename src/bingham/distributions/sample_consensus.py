@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from typing import TypeVar
+
 import numpy as np
 from numpy.typing import NDArray
 
 from bingham.distributions.bingham import Bingham
 from bingham.distributions.em import distributions_of_moments, expectation_maximization
-from bingham.distributions.mixture import BinghamMixture, log_area
+from bingham.distributions.mixture_density import MixtureDensity, log_area
 from bingham.distributions.starts import seed_axes, start_from_axes
 
 __all__ = ["sample_consensus"]
 
 FloatArray = NDArray[np.float64]
+M = TypeVar("M", bound=MixtureDensity)
 
 # Rows on which proposals are compared; the best one is refined on all.
 COMPARED = 2000
@@ -80,7 +84,7 @@ def _split(
         some, mass = np.ascontiguousarray(x[rows]), counts[rows]
         whole = float(mass @ _gains(some, distribution, 0.0)[:, 0])
         if len(kept) + len(todo) + 2 <= max_components and mass.sum() >= 2.0 * min_points:
-            start = start_from_axes(some, mass, seed_axes(some, mass, 2, rng), background=False)
+            start = start_from_axes(MixtureDensity, some, mass, seed_axes(some, mass, 2, rng), background=False)
             pair = expectation_maximization(some, start, weights=mass, max_iterations=SPLIT_STEPS,
                                             max_concentration=max_concentration, min_points=min_points)  # fmt: skip
             # Inliers are cut where the density ends, which alone makes two distributions a little better than one.
@@ -95,6 +99,7 @@ def _split(
 
 
 def sample_consensus(
+    kind: type[M],
     x: FloatArray,
     max_components: int,
     *,
@@ -105,8 +110,8 @@ def sample_consensus(
     trials: int = 100,
     max_concentration: float = 1e6,
     background: bool = True,
-) -> BinghamMixture:
-    """Peel components off the data one by one.
+) -> M:
+    """Peel components off the data one by one; return a mixture of class ``kind``.
 
     Distributions are proposed from d random rows each; points where a distribution exceeds `min_density` are its
     inliers. The distribution of greatest Σ log(f / min_density) over its inliers is refitted to them, and they leave
@@ -115,6 +120,8 @@ def sample_consensus(
 
     Parameters
     ----------
+    kind : type
+        `MixtureDensity`, or a class derived from it.
     x : (n, d) ndarray
         Unit rows, float64, contiguous.
     max_components : int
@@ -166,24 +173,22 @@ def sample_consensus(
     total = sum(masses) + rest
     if not found:
         empty = Bingham.from_spectrum(np.zeros((0, d)), np.zeros((0, d, d)))
-        return BinghamMixture(np.zeros(0), empty, 1.0)
+        return kind(np.zeros(0), empty, 1.0)
     batch = Bingham.from_spectrum(
         np.concatenate([distribution.z for distribution in found]),
         np.concatenate([distribution.M for distribution in found]),
     )
-    mixture = BinghamMixture(np.array(masses) / total, batch, rest / total)
+    mixture = kind(np.array(masses) / total, batch, rest / total)
     return _without_remnants(x, counts, mixture, max_concentration)
 
 
-def _without_remnants(
-    x: FloatArray, counts: FloatArray, mixture: BinghamMixture, max_concentration: float
-) -> BinghamMixture:
+def _without_remnants(x: FloatArray, counts: FloatArray, mixture: M, max_concentration: float) -> M:
     """Return the mixture after some steps of expectation-maximisation, without the components that BIC can spare.
 
     What is peeled off is cut where the density ends: its rim stays and may be found once more.
     """
 
-    def climbed(start: BinghamMixture) -> tuple[BinghamMixture, float]:
+    def climbed(start: M) -> tuple[M, float]:
         run = expectation_maximization(x, start, weights=counts, max_iterations=POLISH_STEPS,
                                        max_concentration=max_concentration)  # fmt: skip
         bic = run.mixture.parameter_count * np.log(counts.sum()) - 2.0 * run.log_likelihood
@@ -196,7 +201,12 @@ def _without_remnants(
         keep = np.arange(best.size) != int(np.argmin(best.weights))
         total = float(best.weights[keep].sum()) + best.background
         trial, trial_bic = climbed(
-            BinghamMixture(best.weights[keep] / total, best.components[keep], best.background / total)
+            replace(
+                best,
+                weights=best.weights[keep] / total,
+                components=best.components[keep],
+                background=best.background / total,
+            )
         )
         if trial_bic > bic:
             break

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from bingham.distributions.em import EMResult, expectation_maximization
-from bingham.distributions.mixture import BinghamMixture
+from bingham.distributions.mixture_density import MixtureDensity
 from bingham.distributions.sample_consensus import sample_consensus
 from bingham.distributions.starts import seed_axes, start_from_axes
 from bingham.errors import AccuracyWarning, ConvergenceError, InvalidArgumentError
@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 __all__ = ["fit_mixture"]
 
 FloatArray = NDArray[np.float64]
+M = TypeVar("M", bound=MixtureDensity)
 
 # Starts are compared on so many rows at most and after so many steps; the best ones go on.
 COMPARED_ROWS = 20_000
@@ -30,6 +31,7 @@ FINALISTS = 3
 
 
 def fit_mixture(
+    kind: type[M],
     x: ArrayLike | Rotation,
     components: int | Sequence[int],
     *,
@@ -42,9 +44,9 @@ def fit_mixture(
     min_density: float | None,
     tolerance: float,
     rng: Any,
-    progress: Callable[[int, BinghamMixture | None], None] | None,
-) -> BinghamMixture:
-    """Fit a mixture; contract and defaults are those of `BinghamMixture.fit`."""
+    progress: Callable[[int, M | None], None] | None,
+) -> M:
+    """Fit a mixture of class ``kind``; contract and defaults are those of `BinghamMixture.fit`."""
     a = np.ascontiguousarray(unit_rows(x, None, "x"))
     if a.ndim != 2 or len(a) < 1 or a.shape[1] < 2:
         raise InvalidArgumentError("x", "samples as rows, shape (n, d) with n >= 1 and d >= 2", a.shape)
@@ -65,7 +67,7 @@ def fit_mixture(
     minimum = d * (d + 1) // 2 if min_points is None else min_points
     generator = as_generator(rng)
     if method == "sac":
-        found = sample_consensus(a, max(sizes), rng=generator, weights=counts, min_points=max(minimum, 1),
+        found = sample_consensus(kind, a, max(sizes), rng=generator, weights=counts, min_points=max(minimum, 1),
                                  min_density=min_density, max_concentration=max_concentration,
                                  background=background)  # fmt: skip
         if found.size == 0:
@@ -77,14 +79,14 @@ def fit_mixture(
         raise InvalidArgumentError("method", "'em' or 'sac'", repr(method))
     if counts.sum() < minimum:
         raise InvalidArgumentError("x", f"at least min_points = {minimum} samples", len(a))
-    best: BinghamMixture | None = None
+    best: M | None = None
     best_bic = np.inf
     lost: ConvergenceError | None = None
     for size in sorted(set(sizes)):
-        fitted: BinghamMixture | None = None
+        fitted: M | None = None
         try:
             fitted = _best_of_restarts(
-                a, counts, size, background, restarts, max_concentration, minimum, tolerance, generator
+                kind, a, counts, size, background, restarts, max_concentration, minimum, tolerance, generator
             )
         except ConvergenceError as error:
             lost = error
@@ -101,7 +103,7 @@ def fit_mixture(
     for size in range(min(sizes) - 1, 0, -1):
         try:
             best = _best_of_restarts(
-                a, counts, size, background, restarts, max_concentration, minimum, tolerance, generator
+                kind, a, counts, size, background, restarts, max_concentration, minimum, tolerance, generator
             )
         except ConvergenceError:
             continue
@@ -112,6 +114,7 @@ def fit_mixture(
 
 
 def _best_of_restarts(
+    kind: type[M],
     x: FloatArray,
     counts: FloatArray,
     size: int,
@@ -121,7 +124,7 @@ def _best_of_restarts(
     min_points: float,
     tolerance: float,
     rng: np.random.Generator,
-) -> BinghamMixture:
+) -> M:
     """Return the best of EM runs from a sample-consensus start and k-means++ starts, first compared on few steps."""
     if len(x) > COMPARED_ROWS:
         rows = rng.choice(len(x), COMPARED_ROWS, replace=False)
@@ -129,11 +132,11 @@ def _best_of_restarts(
     else:
         few, few_counts = x, counts
     floor = min_points * float(few_counts.sum() / counts.sum())
-    runs: list[EMResult] = []
+    runs: list[EMResult[M]] = []
     for trial in range(max(1, restarts)):
         known = None
         if trial == 0:
-            peeled = sample_consensus(few, size, rng=rng, weights=few_counts, min_points=max(floor, 1.0),
+            peeled = sample_consensus(kind, few, size, rng=rng, weights=few_counts, min_points=max(floor, 1.0),
                                       max_concentration=max_concentration, background=background)  # fmt: skip
             known = peeled.components.mode
             if peeled.size == size and (peeled.background > 0.0) == background:
@@ -141,7 +144,9 @@ def _best_of_restarts(
                                                      max_concentration=max_concentration,
                                                      min_points=floor))  # fmt: skip
                 continue
-        start = start_from_axes(few, few_counts, seed_axes(few, few_counts, size, rng, known), background=background)
+        start = start_from_axes(
+            kind, few, few_counts, seed_axes(few, few_counts, size, rng, known), background=background
+        )
         runs.append(expectation_maximization(few, start, weights=few_counts, max_iterations=COMPARED_STEPS,
                                              max_concentration=max_concentration, min_points=floor))  # fmt: skip
     runs.sort(key=lambda run: (run.starved, -run.log_likelihood))

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+from typing import TypeVar
+
 import numpy as np
 from numpy.typing import NDArray
 
 from bingham.distributions.em import distributions_of_moments
-from bingham.distributions.mixture import BinghamMixture
+from bingham.distributions.mixture_density import MixtureDensity
 
 __all__ = ["seed_axes", "start_from_axes"]
 
 FloatArray = NDArray[np.float64]
+M = TypeVar("M", bound=MixtureDensity)
 
 ROUNDS = 5
 # A start is never sharper than this; a cluster of few points would otherwise begin as a spike.
@@ -46,8 +49,8 @@ def seed_axes(
     return np.array(seeds)
 
 
-def start_from_axes(x: FloatArray, counts: FloatArray, axes: FloatArray, *, background: bool) -> BinghamMixture:
-    """Return the mixture of the clusters that axial k-means finds from `axes` (K, d)."""
+def start_from_axes(kind: type[M], x: FloatArray, counts: FloatArray, axes: FloatArray, *, background: bool) -> M:
+    """Return the mixture, of class ``kind``, of the clusters that axial k-means finds from `axes` (K, d)."""
     size, d = axes.shape
     moments = np.empty((size, d, d))
     shares = np.empty(size)
@@ -64,4 +67,4 @@ def start_from_axes(x: FloatArray, counts: FloatArray, axes: FloatArray, *, back
     distributions = distributions_of_moments(moments, np.broadcast_to(np.eye(d), moments.shape), START_CONCENTRATION)
     alpha = shares + 1.0
     share = START_BACKGROUND if background else 0.0
-    return BinghamMixture(alpha * ((1.0 - share) / alpha.sum()), distributions, share)
+    return kind(alpha * ((1.0 - share) / alpha.sum()), distributions, share)

@@ -13,7 +13,8 @@ from scipy.special import logsumexp
 
 from bingham.distributions.bingham import Bingham
 from bingham.distributions.checks import check_distribution, check_measurement_noise, check_mixture, check_process_noise
-from bingham.distributions.mixture import BinghamMixture, log_area
+from bingham.distributions.mixture import BinghamMixture
+from bingham.distributions.mixture_density import log_area
 from bingham.errors import InvalidArgumentError
 from bingham.filters.protocol import MISSING, UpdateInfo
 from bingham.filters.run import RecursiveFilter
