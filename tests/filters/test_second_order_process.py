@@ -6,6 +6,7 @@ import pytest
 from bingham import Bingham
 from bingham.baselines.gaussian import GaussianState
 from bingham.baselines.second_order_ekf import SecondOrderQuaternionEkf, SpinningGaussian
+from bingham.errors import InvalidArgumentError
 from bingham.filters.second_order import SecondOrderBinghamFilter, SpinState
 from bingham.metrics import geodesic_error
 from bingham.models.sensors import OrientationSensor
@@ -158,6 +159,21 @@ def test_spin_is_found_at_irregular_times():
             state, _ = f.update(f.predict(state, dt=dt if irregular else None), y)
         errors[irregular] = 2.0 * np.degrees(geodesic_error(state.spin.mode, from_rotation_vector(0.01 * rate)))
     assert errors[True] < 2.5 < errors[False]
+
+
+def test_times_are_seconds_for_both_filters():
+    first, noise = from_rotation_vector([0.5, 0.2, 0.1]), noise_covariance(NOISE)
+    spin = near_identity((-1e7,) * 3).rotate(right=first)
+    exact = quaternion_power(first, 2.5)
+    for interval in (1.0, 0.02):
+        bingham = SecondOrderBinghamFilter(near_identity(PROCESS), near_identity(NOISE), interval=interval)
+        moved = bingham.predict(SpinState(near_identity((-1e7,) * 3), spin), dt=2.5 * interval)
+        assert 2.0 * geodesic_error(moved.mode, exact) < 1e-6
+        kalman = SecondOrderQuaternionEkf(noise_covariance(PROCESS), noise, interval=interval)
+        state = SpinningGaussian.independent(GaussianState(IDENTITY, noise), GaussianState(first, noise))
+        assert 2.0 * geodesic_error(kalman.predict(state, dt=2.5 * interval).mode, exact) < 1e-12
+    with pytest.raises(InvalidArgumentError, match="interval"):
+        SecondOrderQuaternionEkf(noise, noise, interval=0.0)
 
 
 def test_the_kalman_filter_moves_by_the_same_power():

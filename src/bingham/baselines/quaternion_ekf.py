@@ -17,7 +17,7 @@ from bingham.baselines.gaussian import GaussianState, KalmanFilter, KalmanInfo, 
 from bingham.rotations import left_matrix, right_matrix
 from bingham.validation import check_noise_side, check_state, noise_covariance, unchecked, unit_rows
 
-__all__ = ["QuaternionEkf", "noise_about", "projection_jacobian"]
+__all__ = ["QuaternionEkf", "noise_about", "projection_jacobian", "update_orientation"]
 
 FloatArray = NDArray[np.float64]
 
@@ -33,6 +33,21 @@ def noise_about(x: FloatArray, covariance: FloatArray, left: bool) -> FloatArray
     """Return the covariance (..., 4, 4) of v ⊗ x (left) or x ⊗ v for a covariance (4, 4) of v and unit x (..., 4)."""
     turn = right_matrix(x) if left else left_matrix(x)
     return turn @ covariance @ np.swapaxes(turn, -1, -2)
+
+
+def update_orientation(
+    mean: FloatArray, covariance: FloatArray, z: ArrayLike | Rotation, noise: FloatArray, *, left: bool, rotate: bool
+) -> tuple[FloatArray, FloatArray, KalmanInfo]:
+    """Return mean (..., m), covariance (..., m, m) and info given ±z = x/|x| + noise, x the state's first four entries.
+
+    ``rotate`` turns the noise's covariance (4, 4) to that of v ⊗ x (left) or x ⊗ v.
+    """
+    unit, projection = projection_jacobian(mean[..., :4])
+    rest = np.zeros((*projection.shape[:-1], mean.shape[-1] - 4))
+    H = np.concatenate([projection, rest], axis=-1)
+    if rotate:
+        noise = noise_about(unit, noise, left)
+    return kalman_update(mean, covariance, align_to(z, unit) - unit, H, noise)
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,8 +112,6 @@ class QuaternionEkf(KalmanFilter[GaussianState]):
         """
         check_state(state, GaussianState, 4)
         noise = self._v if covariance is None else noise_covariance(covariance, 4, "covariance")
-        unit, H = projection_jacobian(state.mean)
-        if self.rotate_noise:
-            noise = noise_about(unit, noise, self.noise_side == "left")
-        mean, P, info = kalman_update(state.mean, state.covariance, align_to(z, unit) - unit, H, noise)
+        left = self.noise_side == "left"
+        mean, P, info = update_orientation(state.mean, state.covariance, z, noise, left=left, rotate=self.rotate_noise)
         return unchecked(GaussianState, mean=mean, covariance=P), info

@@ -9,15 +9,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.transform import Rotation
 
-from bingham.baselines.gaussian import (
-    GaussianState,
-    KalmanFilter,
-    KalmanInfo,
-    align_to,
-    kalman_update,
-    put_moments,
-)
-from bingham.baselines.quaternion_ekf import noise_about, projection_jacobian
+from bingham.baselines.gaussian import GaussianState, KalmanFilter, KalmanInfo, put_moments
+from bingham.baselines.quaternion_ekf import noise_about, update_orientation
 from bingham.baselines.state import ArrayState
 from bingham.rotations import compose, left_matrix, right_matrix
 from bingham.sampling.power import power_jacobian
@@ -77,31 +70,36 @@ class SecondOrderQuaternionEkf(KalmanFilter[SpinningGaussian]):
         Side of the measurement noise.
     rotate_noise : bool
         As in `QuaternionEkf`: False as published, True for the fair filter.
+    interval : float
+        Time, s, in which v rotates the body once, and of which the spin's perturbation is w; as in
+        `SecondOrderBinghamFilter`.
     """
 
     process_covariance: ArrayLike
     measurement_covariance: ArrayLike
     noise_side: Literal["left", "right"] = "left"
     rotate_noise: bool = False
+    interval: float = 1.0
     _w: FloatArray = field(init=False, repr=False)
     _v: FloatArray = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
         check_noise_side(self.noise_side)
+        check_number(self.interval, "interval", "a time > 0, s", above=0.0)
         object.__setattr__(self, "_w", noise_covariance(self.process_covariance, 4, "process_covariance"))
         object.__setattr__(self, "_v", noise_covariance(self.measurement_covariance, 4, "measurement_covariance"))
 
     @property
     def noise_per_step(self) -> bool:
-        """Whether spin and noise are those of one step, whatever its duration: they are those of a unit of time."""
+        """Whether the noise is that of one step, whatever its duration: spin and noise are those of ``interval``."""
         return False
 
     def predict(
         self, state: SpinningGaussian, control: ArrayLike | Rotation | None = None, dt: float | None = None
     ) -> SpinningGaussian:
-        """Return the state one step, or ``dt`` steps, later; the control u (..., 4) changes the spin: an acceleration.
+        """Return the state one step, or ``dt`` seconds, later; the control u (..., 4) changes the spin.
 
-        Over ``dt`` steps the orientation moves by v^dt and the spin's noise has dt times its covariance.
+        Over a time dt the orientation moves by v^s, s = dt/interval, and the spin's noise has s times its covariance.
         """
         check_state(state, SpinningGaussian, 8)
         x, v = state.mean[..., :4], state.mean[..., 4:]
@@ -109,8 +107,8 @@ class SecondOrderQuaternionEkf(KalmanFilter[SpinningGaussian]):
         steps = 1.0
         raised, by_spin = v, np.eye(4)
         if dt is not None:
-            check_number(dt, "dt", "a time ≥ 0, in steps", minimum=0.0)
-            steps = float(dt)
+            check_number(dt, "dt", "a time ≥ 0, s", minimum=0.0)
+            steps = float(dt) / self.interval
             if steps != 1.0:
                 raised, by_spin = power_jacobian(v / np.linalg.norm(v, axis=-1, keepdims=True), steps)
         F = np.zeros((*np.broadcast_shapes(state.mean.shape[:-1], u.shape[:-1]), 8, 8))
@@ -131,9 +129,6 @@ class SecondOrderQuaternionEkf(KalmanFilter[SpinningGaussian]):
         """
         check_state(state, SpinningGaussian, 8)
         noise = self._v if covariance is None else noise_covariance(covariance, 4, "covariance")
-        unit, projection = projection_jacobian(state.mean[..., :4])
-        H = np.concatenate([projection, np.zeros_like(projection)], axis=-1)
-        if self.rotate_noise:
-            noise = noise_about(unit, noise, self.noise_side == "left")
-        mean, P, info = kalman_update(state.mean, state.covariance, align_to(z, unit) - unit, H, noise)
+        left = self.noise_side == "left"
+        mean, P, info = update_orientation(state.mean, state.covariance, z, noise, left=left, rotate=self.rotate_noise)
         return unchecked(SpinningGaussian, mean=mean, covariance=P), info
