@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from bingham.simulate.rooms import four_rooms
-from bingham.simulate.scene import DepthCamera, Rectangle, box, corridor, render
+from bingham.simulate.scene import DepthCamera, Rectangle, box, corridor, random_room, render
 from bingham.surfaces.extraction import find_planes
 from bingham.surfaces.normals import back_project
 from bingham.surfaces.planar_slam import PlanarSolution, solve_planar_slam
@@ -43,6 +43,33 @@ def test_planes_of_a_simulated_room_are_found_with_their_uncertainty():
             distance = normal @ ((scene[face].centre - camera.position) @ camera.rotation)
             assert np.degrees(np.arccos(min(1.0, normal @ plane.normal))) < 1.0
             assert abs(plane.distance - distance) < 0.01
+
+
+def errors_of_planes(seed):
+    """Return error and reported deviation of the distance, m, of each plane found in a random room, and the shares."""
+    scene, camera = random_room(seed, width=320, height=240, focal=262.5)
+    view = render(scene, camera, rng=seed)
+    found, seen = find_planes(back_project(view.depth, *camera.intrinsics), rng=0), view.depth > 0.0
+    rows = []
+    for k, plane in enumerate(found.planes):
+        face = np.bincount(view.label[(found.label == k) & (view.label >= 0)]).argmax()
+        truth = view.normals[face] @ ((scene[face].centre - camera.position) @ camera.rotation)
+        rows.append((plane.distance - truth, plane.distance_std))
+    return np.array(rows), overlaps(found, view.label, seen, 0.01 * seen.sum())
+
+
+def test_reported_covariances_cover_the_errors_of_near_and_distant_planes(monkeypatch):
+    # Walls are 3 to 6 m away.
+    seeds = (204, 205)
+    parts = [errors_of_planes(seed) for seed in seeds]
+    rows = np.concatenate([part[0] for part in parts])
+    assert len(rows) > 10 and all(min(part[1]) >= 0.8 for part in parts)
+    z = rows[:, 0] / rows[:, 1]
+    assert np.sqrt(np.mean(z**2)) < 1.6 and np.abs(z).max() < 4.0
+    # Negative control: with the points along edges in the fits they are not covered.
+    monkeypatch.setattr("bingham.surfaces.extraction._clear", lambda flat, sigma, rows, *_: rows)
+    rows = np.concatenate([errors_of_planes(seed)[0] for seed in seeds])
+    assert np.sqrt(np.mean((rows[:, 0] / rows[:, 1]) ** 2)) > 1.3 * np.sqrt(np.mean(z**2))
 
 
 def test_parallel_planes_are_apart_and_signs_are_kept():

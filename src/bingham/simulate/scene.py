@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["DepthCamera", "DepthView", "Rectangle", "axial_noise", "box", "corridor", "render"]
+__all__ = ["DepthCamera", "DepthView", "Rectangle", "axial_noise", "box", "corridor", "random_room", "render"]
 
 FloatArray = NDArray[np.float64]
 
@@ -96,6 +96,20 @@ def corridor() -> tuple[list[Rectangle], DepthCamera]:
     up = np.array([np.sin(lean), 0.0, np.cos(lean)])
     scene.append(Rectangle(np.array([4.9, -0.35, 0.75]), 0.75 * up, np.array([0.0, 0.35, 0.0])))
     return scene, DepthCamera.looking([0.3, 0.1, 1.5], [4.0, -0.05, 0.95])
+
+
+def random_room(rng: Any = None, **size: Any) -> tuple[list[Rectangle], DepthCamera]:
+    """Return a room of random size with one to three boxes in it, and a camera in it (``size`` as `DepthCamera`)."""
+    g = np.random.default_rng(rng)
+    room = g.uniform([3.5, 2.4, 2.4], [7.0, 5.0, 3.2])
+    scene = box([0.5 * room[0] - 0.5, 0.0, 0.5 * room[2]], room, inside=True)
+    for _ in range(g.integers(1, 4)):
+        edges = g.uniform(0.4, 1.0, 3)
+        side = 0.5 * room[1] - 0.6
+        place = [g.uniform(1.8, room[0] - 1.2), g.uniform(-side, side), 0.5 * edges[2]]
+        scene += box(place, edges, turn=g.uniform(0.0, 1.5))
+    position = [0.0, g.uniform(-0.5, 0.5), g.uniform(1.0, 1.8)]
+    return scene, DepthCamera.looking(position, [4.0, g.uniform(-1.0, 1.0), g.uniform(0.4, 1.4)], **size)
 
 
 def render(

@@ -34,6 +34,8 @@ EDGE = 4.0
 WIDEST = 1.6
 # Blocks along each side of a plane whose residuals are looked at together.
 BLOCKS = 8
+# Pieces of a plane may be off it by so many standard deviations, and by such a share of the depth.
+PIECE, BENT = 4.0, 0.003
 NEIGHBOURS = 12
 # Standard deviation of a point across its surface is not taken for less, m.
 FINEST = 1e-3
@@ -191,7 +193,11 @@ def _search(
             thetas = [_fit(flat[rows], sigma[rows], organised) for rows in clear]
             if estimated and thetas:
                 sigma = first * np.clip(_scale(flat, first, clear, thetas), 1.0, WIDEST)
-        label = _connected(_gathered(flat, normals, sigma, usable, thetas), links, minimum)
+        pieces = _connected(_gathered(flat, normals, sigma, usable, thetas), links, minimum)
+        label = np.full(len(flat), -1)
+        for k, parts in pieces.items():
+            for rows in _of_one_plane(flat, sigma, parts, thetas[k], organised):
+                label[rows] = k
     order = np.argsort([-np.sum(label == k) for k in range(len(thetas))], kind="stable")
     planes: list[Plane] = []
     final = np.full(len(flat), -1)
@@ -223,12 +229,50 @@ def _pieces(size: int, a: IntArray, b: IntArray, minimum: int) -> list[IntArray]
     return [np.flatnonzero(piece == k) for k in np.flatnonzero(counts >= minimum)]
 
 
-def _connected(label: IntArray, links: IntArray, minimum: int) -> IntArray:
-    """Return the labels without the pieces of a plane that are too small to be seen as surfaces."""
+def _connected(label: IntArray, links: IntArray, minimum: int) -> dict[int, list[IntArray]]:
+    """Return the connected pieces of each plane, largest first, without those that are too small to be surfaces."""
     a, b = links[(label[links[:, 0]] == label[links[:, 1]]) & (label[links[:, 0]] >= 0)].T
-    kept = np.full(len(label), -1)
-    for rows in _pieces(len(label), a, b, max(20, minimum // 10)):
-        kept[rows] = label[rows]
+    found: dict[int, list[IntArray]] = {}
+    for rows in sorted(_pieces(len(label), a, b, max(20, minimum // 10)), key=len, reverse=True):
+        if label[rows[0]] >= 0:
+            found.setdefault(int(label[rows[0]]), []).append(rows)
+    return found
+
+
+def _of_one_plane(
+    flat: FloatArray, sigma: FloatArray, pieces: list[IntArray], plane: FloatArray, organised: bool
+) -> list[IntArray]:
+    """Return the pieces that lie in the plane of the largest: parallel surfaces a little apart are not one.
+
+    The mean offset of a piece may be so many of its standard deviations, the largest one's plane's included, and what a
+    sensor's own bending leaves.
+    """
+    largest = pieces[0]
+    if len(pieces) == 1:
+        return pieces
+    plane = _fit(flat[largest], sigma[largest], organised)
+    normal, delta = plane[:3], plane[3]
+
+    def seen(rows: IntArray) -> tuple[FloatArray, FloatArray]:
+        """Design of the fit, and residuals: of the inverse depth (organised), or of the distance."""
+        p = flat[rows]
+        if organised:
+            rays = p / p[:, 2:]
+            return rays, 1.0 / p[:, 2] - rays @ normal / delta
+        u = np.linalg.svd(normal[None])[2][1:]
+        return np.column_stack([p @ u.T, np.ones(len(p))]), p @ normal - delta
+
+    design, residual = seen(largest)
+    covariance = _fit_covariance(design, residual, design[:, :2])
+    kept = [largest]
+    for rows in pieces[1:]:
+        design, residual = seen(rows)
+        at = design.mean(axis=0)
+        std = np.sqrt(at @ covariance @ at + np.var(residual) / len(rows))
+        depth = float(np.median(flat[rows, 2])) if organised else float(np.linalg.norm(flat[rows].mean(axis=0)))
+        bent = BENT / depth if organised else BENT * depth
+        if abs(residual.mean()) < PIECE * std + bent:
+            kept.append(rows)
     return kept
 
 
