@@ -73,6 +73,9 @@ def test_of_a_long_table_published_cases_and_metrics_are_printed():
     rows = shown_rows(table(16, 3))
     assert [(row.case, row.filter) for row in rows] == [(f"case {k}", name) for k in range(3) for name in ("a", "b")]
     assert {row.metric for row in rows} == {"rmse"}
+    # A study's headlines are printed whether published or not.
+    more = shown_rows(table(16, 3), ("nees",))
+    assert sum(row.metric == "nees" for row in more) == 32 and len(more) == 32 + len(rows)
 
 
 def test_all_rows_are_in_the_files_and_printed_on_demand(tmp_path, capsys):

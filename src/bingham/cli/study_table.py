@@ -51,7 +51,7 @@ def write_result(result: StudyResult, output: Path, *, draw_figures: bool, as_js
     if as_json:
         typer.echo(json.dumps(report))
         return
-    rows = result.table if all_rows else shown_rows(result.table)
+    rows = result.table if all_rows else shown_rows(result.table, result.headline)
     _print_table(result, rows)
     if len(rows) < len(result.table):
         typer.echo(
@@ -61,12 +61,12 @@ def write_result(result: StudyResult, output: Path, *, draw_figures: bool, as_js
     typer.echo(f"table and figures in {output}/")
 
 
-def shown_rows(table: Sequence[Row]) -> list[Row]:
-    """Return the rows to print: of a long table those whose case and metric have a published value, of any filter."""
+def shown_rows(table: Sequence[Row], headline: Sequence[str] = ()) -> list[Row]:
+    """Return the rows to print: of a long table those whose case and metric have a published value, and headlines."""
     published = {(row.case, row.metric) for row in table if row.paper is not None}
     if len(table) <= MOST_ROWS or not published:
         return list(table)
-    return [row for row in table if (row.case, row.metric) in published]
+    return [row for row in table if (row.case, row.metric) in published or row.metric in headline]
 
 
 def _csv(result: StudyResult) -> str:

@@ -215,7 +215,7 @@ def _summarize(runs: int, seed: int, results: Mapping[str, Arrays]) -> StudyResu
             table.append(Row(case, name, "ms_per_step", time))
             curves[f"rmse/{level}/{name}"] = rmse
             curves[f"ms/{level}/{name}"] = np.array([time])
-    return StudyResult("li2019", runs, seed, table, curves)
+    return StudyResult("li2019", runs, seed, table, curves, headline=("rmse_rad", "ms_per_step"))
 
 
 STUDY = Study(

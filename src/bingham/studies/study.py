@@ -54,13 +54,18 @@ class Chunk:
 
 @dataclass(frozen=True)
 class StudyResult:
-    """What a study found: the table, and curves for its figures."""
+    """What a study found: the table, and curves for its figures.
+
+    Of a long table, cases and metrics with a published value are printed, and all of ``headline``, metrics that a paper
+    shows as figures only.
+    """
 
     study: str
     runs: int
     seed: int
     table: Sequence[Row]
     curves: Arrays = field(default_factory=dict)
+    headline: tuple[str, ...] = ()
 
     def as_dict(self) -> dict[str, Any]:
         """Return the part that goes into JSON: study, runs, seed and table."""
