@@ -30,6 +30,14 @@ print(caller(1.0), sum(caller.stats.cache_hits.values()))
 """
 
 
+# Root writes anywhere, unless it gives that up.
+RESTRICTED = [] if os.name == "nt" or os.geteuid() else ["setpriv", "--inh-caps=-all", "--bounding-set=-all"]
+not_writable = pytest.mark.skipif(
+    os.name == "nt" or (bool(RESTRICTED) and shutil.which("setpriv") is None),
+    reason="folders that cannot be written need permissions, and root a way to give up its own",
+)
+
+
 @pytest.fixture
 def copy(tmp_path):
     """A copy of the package with two kernels more, and a function that runs the second one in a new process."""
@@ -41,10 +49,10 @@ def copy(tmp_path):
     (package / "kernels" / "made_caller.py").write_text(CALLER)
     (package / "kernels" / "made_helper.py").write_text(HELPER.format("1.0"))
 
-    def run(*arguments, **variables):
+    def run(*arguments, restricted=False, **variables):
         environment = os.environ | {"PYTHONPATH": str(tmp_path), "XDG_CACHE_HOME": str(tmp_path / "cache")} | variables
         environment.pop("NUMBA_CACHE_DIR", None)
-        command = [sys.executable, "-c", RUN, *arguments]
+        command = [*(RESTRICTED if restricted else []), sys.executable, "-c", RUN, *arguments]
         done = subprocess.run(command, capture_output=True, text=True, env=environment, check=True)
         return done.stdout.split(), done.stderr
 
@@ -107,6 +115,46 @@ def test_without_a_folder_that_can_be_written_it_runs_uncached(copy, tmp_path):
     (copy.package / "kernels" / "__pycache__").write_text("no folder")
     (tmp_path / "no folder").write_text("")
     out, said = copy(HOME=str(tmp_path / "no folder"), XDG_CACHE_HOME=str(tmp_path / "no folder"))
+    assert out == ["20.0", "0"]
+    assert said.count("RuntimeWarning") == 1
+    assert "NUMBA_CACHE_DIR" in said
+
+
+@pytest.fixture
+def read_only(copy):
+    """Make the package's folders as somebody else's are."""
+    folders = [copy.package / "kernels" / "__pycache__", copy.package / "kernels", copy.package]
+
+    def close():
+        for folder in folders:
+            if folder.exists():
+                folder.chmod(0o555)
+
+    yield close
+    for folder in reversed(folders):
+        if folder.exists():
+            folder.chmod(0o755)
+
+
+@not_writable
+def test_machine_code_of_a_read_only_package_is_loaded_and_if_stale_kept_elsewhere(copy, read_only, tmp_path):
+    copy()
+    read_only()
+    assert copy(restricted=True) == (["20.0", "1"], "")
+    assert not list(tmp_path.glob("cache/**/*.nbi"))
+    helper = copy.package / "kernels" / "made_helper.py"
+    helper.write_text(HELPER.format("2.0"))
+    assert copy(restricted=True) == (["30.0", "0"], "")
+    assert copy(restricted=True) == (["30.0", "1"], "")
+    assert list(tmp_path.glob("cache/**/made_caller*.nbi"))
+
+
+@not_writable
+def test_a_read_only_package_and_home_run_uncached_and_say_so(copy, read_only, tmp_path):
+    home = tmp_path / "home"
+    home.mkdir(mode=0o555)
+    read_only()
+    out, said = copy(restricted=True, HOME=str(home), XDG_CACHE_HOME=str(home / "cache"))
     assert out == ["20.0", "0"]
     assert said.count("RuntimeWarning") == 1
     assert "NUMBA_CACHE_DIR" in said

@@ -68,8 +68,23 @@ class _BesideSource(_BySources, caching.InTreeCacheLocator):
     """``__pycache__`` beside the source."""
 
 
+class _Shipped(_BySources, caching.InTreeCacheLocator):
+    """``__pycache__`` beside the source, that can be read and not written: of a package somebody else installed."""
+
+    @classmethod
+    def from_function(cls, py_func: Any, py_file: str) -> Any:
+        """Return a locator if there is machine code of some function of the file."""
+        return cls(py_func, py_file) if Path(py_file).stem in _compiled_beside(Path(py_file).parent) else None
+
+
 class _OfUser(_BySources, caching.UserWideCacheLocator):
     """The user's cache folder."""
+
+
+@cache
+def _compiled_beside(folder: Path) -> frozenset[str]:
+    """Return the modules of a folder that ``__pycache__`` has machine code of."""
+    return frozenset(path.name.partition(".")[0] for path in (folder / "__pycache__").glob("*.nbi"))
 
 
 class _Checked(caching.CompileResultCacheImpl):
@@ -107,6 +122,27 @@ class _KernelCache(caching.FunctionCache):
             _warn(f"compiled code cannot be kept in {self.cache_path}: {error!r}")
 
 
+class _CheckedShipped(_Checked):
+    _locator_classes = (_Shipped,)
+
+
+class _ShippedCache(_KernelCache):
+    """Machine code from a folder that cannot be written, and what it lacks from another cache."""
+
+    _impl_class = _CheckedShipped
+
+    def __init__(self, function: Callable[..., Any], other: Any) -> None:
+        super().__init__(function)
+        self._other = other
+
+    def load_overload(self, sig: Any, target_context: Any) -> Any:
+        found = super().load_overload(sig, target_context)
+        return self._other.load_overload(sig, target_context) if found is None else found
+
+    def save_overload(self, sig: Any, data: Any) -> None:
+        self._other.save_overload(sig, data)
+
+
 class _NoCache(caching.NullCache):
     def save_overload(self, sig: Any, cres: Any) -> None:
         _warn("no folder for compiled code can be written, neither the package's nor the user's cache")
@@ -114,7 +150,14 @@ class _NoCache(caching.NullCache):
 
 def kernel_cache(function: Callable[..., Any]) -> Any:
     """Return the cache of one compiled function, for Numba's dispatcher."""
+    own: Any
     try:
-        return _KernelCache(function)
+        own = _KernelCache(function)
+        if not isinstance(own._impl.locator, _OfUser):
+            return own
     except (RuntimeError, OSError):  # Numba found no locator
-        return _NoCache()
+        own = _NoCache()
+    try:
+        return _ShippedCache(function, own)
+    except (RuntimeError, OSError):
+        return own
