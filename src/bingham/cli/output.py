@@ -181,12 +181,20 @@ def write_pages(
     if outputs.report:
         known = {} if truth is None else {"truth": truth.orientation, "scored": truth.scored}
         known |= {key: getattr(track, key) for key in ("bias", "bias_std") if hasattr(track, key)}
+        known["world"] = world_of(recording)
         names.append(f"{recording.name}.html")
         write_report(folder / names[-1], time, track.modes, covariance, title=recording.name, summary=summary, **known)
     if outputs.rerun:
         names.append(f"{recording.name}.rrd")
         write_rerun(folder / names[-1], time, track.modes, covariance, title=recording.name)
     return names
+
+
+def world_of(recording: ImuRecording | OrientationRecording) -> tuple[str, str, str]:
+    """Return the names of the world's axes: only a magnetometer tells where north is."""
+    if not hasattr(recording, "magnetometer"):
+        return ("x", "y", "z")
+    return ("east", "north", "up") if getattr(recording, "magnetometer", None) is not None else ("x", "y", "up")
 
 
 def draw_track(
@@ -212,8 +220,7 @@ def draw_track(
     if track.modes.shape[1] == 2:
         figure = plot_planar_track(time, track.distributions, **shown)
     else:
-        if inertial:
-            shown["world"] = ("east", "north", "up") if recording.magnetometer is not None else ("x", "y", "up")
+        shown["world"] = world_of(recording)
         if truth is not None and truth.heading_offset_rad is not None:
             angle = degrees(truth.heading_offset_rad)
             shown["note"] = f"no magnetometer: the truth is rotated by {angle:.1f}° about the vertical to suit"

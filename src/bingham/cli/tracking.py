@@ -155,7 +155,9 @@ def _track(
             row["files"].append(draw_track(folder, recording, time, track, truth, outputs.figure_format))
         if outputs.report or outputs.rerun:
             shown = {"samples": f"{row['samples']}", "duration": f"{row['duration_s']:.1f} s", "filter": row["filter"]}
-            shown |= {key.replace("_", " "): f"{value:.2f}°" for key, value in row.get("error_deg", {}).items()}
+            spread = {f"{key} ±, median": v for key, v in row["median_deviation_deg"].items() if v is not None}
+            errors = {key.replace("_", " "): v for key, v in row.get("error_deg", {}).items()}
+            shown |= {key: f"{value:.2f}°" for key, value in (spread | errors).items()}
             row["files"] += write_pages(folder, recording, time, track, truth, outputs, shown)
     return row
 

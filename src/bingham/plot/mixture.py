@@ -23,6 +23,8 @@ FloatArray = NDArray[np.float64]
 # Okabe & Ito's palette, repeated beyond eight components.
 COMPONENT_COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#7A5195", "#8C564B")
 POINTS = 3000
+# From north, east, down to east, north, up.
+DOWN = np.array([[0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, -1.0]])
 FAR = 0.3  # opacity of a star behind the sphere
 
 
@@ -66,8 +68,13 @@ def plot_mixture(x: FloatArray, mixture: BinghamMixture, *, names: Sequence[str]
     return figure
 
 
-def draw_density_on_sphere(axes: Any, distribution: Bingham | BinghamMixture, size: int = 301) -> None:
-    """Shade the visible half of the sphere by a density on S²; its root, so that faint components show."""
+def draw_density_on_sphere(
+    axes: Any, distribution: Bingham | BinghamMixture, size: int = 301, view: FloatArray | None = None
+) -> None:
+    """Shade the visible half of the sphere by a density on S²; its root, so that faint components show.
+
+    view (3, 3) turns what the distribution is of into what is drawn: x, y, z with z upwards.
+    """
     grid = np.linspace(-1.0, 1.0, size)
     right, up = np.meshgrid(grid, grid)
     inside = right**2 + up**2 <= 1.0
@@ -77,16 +84,20 @@ def draw_density_on_sphere(axes: Any, distribution: Bingham | BinghamMixture, si
     depth = np.sqrt(np.maximum(1.0 - right**2 - up**2, 0.0))
     v = right[..., None] * frame[0] + up[..., None] * frame[1] + depth[..., None] * towards
     density = np.full(right.shape, np.nan)
-    rows = v[inside]
+    rows = v[inside] if view is None else v[inside] @ view
     density[inside] = np.sqrt(distribution.pdf(rows / np.linalg.norm(rows, axis=1, keepdims=True)))
     axes.imshow(density, extent=(-1, 1, -1, 1), origin="lower", cmap="Blues", alpha=0.8, interpolation="bilinear")
 
 
 def _draw_axes(figure: Any, x: FloatArray, label: Any, mixture: BinghamMixture, names: tuple[str, ...]) -> None:
     left, right = figure.subplots(1, 2)
-    draw_density_on_sphere(left, mixture)
-    draw_sphere(left, names if len(names) == 3 else ("x", "y", "z"))  # type: ignore[arg-type]
-    both = np.concatenate([x, -x])
+    # Down is down: of north, east, down the sphere shows east, north, up.
+    compass = names == ("n", "e", "d")
+    seen = DOWN if compass else np.eye(3)
+    draw_density_on_sphere(left, mixture, view=seen)
+    letters: Any = ("east", "north", "up") if compass else names if len(names) == 3 else ("x", "y", "z")
+    draw_sphere(left, letters)
+    both = np.concatenate([x, -x]) @ seen.T
     u, v, front = project(both)
     shades = np.array([colour(int(k)) for k in np.concatenate([label, label])])
     left.scatter(u[front], v[front], s=4, c=shades[front], lw=0, alpha=0.6)

@@ -167,6 +167,19 @@
   const plots = [];
   const style = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
   let range = [0, duration];
+  // Lines that end at a jump from 180° to −180°: the usual ones join all that falls on one column of pixels.
+  function broken(u, index, first, last) {
+    const stroke = new Path2D(), x = u.data[0], y = u.data[index];
+    let drawing = false;
+    for (let i = first; i <= last; i++) {
+      if (y[i] === null || y[i] === undefined) { drawing = false; continue; }
+      const right = u.valToPos(x[i], "x", true), up = u.valToPos(y[i], "y", true);
+      if (drawing) stroke.lineTo(right, up); else stroke.moveTo(right, up);
+      drawing = true;
+    }
+    return { stroke, fill: null, clip: null, flags: 1 };
+  }
+
   function makePlots() {
     while (plots.length) plots.pop().destroy();
     element("plots").replaceChildren();
@@ -182,7 +195,7 @@
         series.push({
           label: curve.name || "lower edge", stroke: edge ? colour + "66" : colour, width: edge ? 0.6 : 1.1, dash: curve.dash ? [4, 4] : undefined,
           points: { show: false }, spanGaps: false, value: (_, v) => (v === null || v === undefined ? "–" : v.toPrecision(4) + panel.unit),
-          fill: curve.band === "zero" ? colour + "33" : undefined,
+          fill: curve.band === "zero" ? colour + "33" : undefined, paths: curve.wraps ? broken : undefined,
         });
         if (curve.band === "lower") bands.push({ series: [series.length - 2, series.length - 1], fill: colour + "2e" });
       }
