@@ -40,7 +40,7 @@ COLUMNS = 2000  # no panel is wider, in pixels
 def new_figure(width: float, height: float) -> Any:
     """Return a matplotlib figure of the given size, inches, that belongs to no window and no global state."""
     try:
-        from bingham.plot.figure import FreeFigure
+        from bingham.plot._figure import FreeFigure
     except ImportError:
         raise MissingExtraError("matplotlib", "plot", "drawing figures") from None
     return FreeFigure(figsize=(width, height), layout="constrained")
