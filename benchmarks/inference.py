@@ -1,25 +1,35 @@
-"""Coverage of confidence regions, sizes and powers of tests: ``python benchmarks/inference.py [REPLICATES]``.
+"""Coverage of confidence regions, sizes and powers of tests: ``python benchmarks/inference.py [REPLICATES] [FILE]``.
 
-Prints tables; with matplotlib also draws power curves into ``power.png``. Nominal values are 0.95 and 0.05.
+Writes rows of case, sample, metric and value as the pages of the documentation read them (by default into
+``docs/studies/results/inference.json``). Nominal values are 0.95 and 0.05.
 """
 
 from __future__ import annotations
 
+import json
 import sys
+import time
+from collections.abc import Iterator
+from pathlib import Path
 
 import numpy as np
 from bingham import Bingham
+from bingham.distributions.marginal import marginal_fit
 from bingham.inference import (
     cluster_girdle_test,
     common_axis_test,
-    concentration_intervals,
     confidence_ellipse,
     equality_test,
+    goodness_of_fit_test,
     mean_axis_test,
     symmetry_test,
     uniformity_test,
 )
+from bingham.inference.intervals import crowding, profile_ratio
 
+RESULTS = Path(__file__).resolve().parents[1] / "docs/studies/results/inference.json"
+CHI2 = 3.841458820694124
+RESAMPLES = 199  # (1 + count)/200 ≤ 0.05 has size 0.05 exactly
 SHAPES = {
     "d = 3 bipolar": [-20.0, -15.0, 0.0],
     "d = 3 girdle": [-20.0, -3.0, 0.0],
@@ -28,106 +38,140 @@ SHAPES = {
     "d = 4 girdle": [-60.0, -20.0, -3.0, 0.0],
     "d = 4 triaxial": [-60.0, -25.0, -9.0, 0.0],
 }
+TIES = {
+    "(−20; −20; 0)": [-20.0, -20.0, 0.0],
+    "(−20; 0; 0)": [-20.0, 0.0, 0.0],
+    "(−30; −30; −30; 0)": [-30.0, -30.0, -30.0, 0.0],
+    "uniform in space": [0.0, 0.0, 0.0],
+}
+Row = tuple[str, str, str, float]
 
 
 def sample(z, shape, seed):
     return Bingham(z, np.eye(len(z))).rvs(shape, rng=seed)
 
 
-def coverage(replicates: int) -> None:
-    print(
-        "Coverage at 0.95: mean axis by χ² (the usual ellipse), F, likelihood; every axis by likelihood; concentrations"
-    )
-    for name, z in SHAPES.items():
+def axes_cover(x) -> Iterator[tuple[str, float]]:
+    """Yield the share of samples whose region of each principal axis, by the default method, holds the true one."""
+    d = x.shape[-1]
+    for k in range(d):
+        yield f"axis {k + 1}", np.mean(mean_axis_test(x, np.eye(d)[k], index=k).pvalue >= 0.05)
+
+
+def coverage(replicates: int) -> Iterator[Row]:
+    for name, z in (SHAPES | TIES).items():
         d = len(z)
         for n in (10, 20, 50):
             x = sample(z, (replicates, n), n)
-            mode = np.eye(d)[-1]
-            by = [confidence_ellipse(x, method=m).contains(mode).mean() for m in ("chi2", "f")]
-            axes = [np.mean(mean_axis_test(x, np.eye(d)[k], index=k).pvalue > 0.05) for k in range(d)]
-            found = concentration_intervals(x)
-            inside = np.mean((found.low <= z) & (z <= found.high), axis=0)[:-1]
-            said = f"χ² {by[0]:.3f}  F {by[1]:.3f}  likelihood {axes[-1]:.3f}"
-            others = " ".join(f"{a:.3f}" for a in axes[:-1])
-            print(f"{name:<16} n = {n:<3} {said}  axes {others}  z {' '.join(f'{c:.3f}' for c in inside)}", flush=True)
+            case = "coverage" if name in SHAPES else "coverage at ties"
+            label = f"{name} n = {n}"
+            if name in SHAPES:
+                for method in ("chi2", "f"):
+                    yield case, label, method, confidence_ellipse(x, method=method).contains(np.eye(d)[-1]).mean()
+            for metric, value in axes_cover(x):
+                yield case, label, metric, value
+            if name not in SHAPES:
+                continue
+            # c is in the profile's interval where its ratio is below the limit: no need to look for the ends.
+            fitted = Bingham.fit(x)
+            w = fitted.axis_moments
+            best_z, best = marginal_fit(w, n, np.array(fitted.z))
+            factor = crowding(fitted.z, w, n)
+            for k in range(d - 1):
+                ratio = profile_ratio(k, np.full(len(x), z[k]), best_z, w, n, best)
+                yield case, label, f"z {k + 1}", np.mean(ratio * factor[:, k] <= CHI2)
+                yield case, label, f"z {k + 1} by χ²", np.mean(ratio <= CHI2)
 
 
-def sizes(replicates: int) -> None:
-    print("\nSizes at 0.05")
+def sizes(replicates: int) -> Iterator[Row]:
+    def rejected(result) -> float:
+        return float(np.mean(result.pvalue <= 0.05))
+
+    drawn = {"resamples": RESAMPLES, "rng": 0}
     for n in (20, 100):
+        column = f"n = {n}"
         for d in (2, 3, 4):
             x = Bingham.uniform(d).rvs((replicates, n), rng=n)
-            row = {m: uniformity_test(x, method=m) for m in (("bingham", "rayleigh") if d == 2 else ("bingham",))}
-            row["gine"] = uniformity_test(x, method="gine")
-            said = "  ".join(f"{m} {np.mean(r.pvalue < 0.05):.3f}" for m, r in row.items())
-            print(f"uniformity d = {d}, n = {n}: {said}; mean of S {np.mean(row['bingham'].statistic):.3f}", flush=True)
-        for kind, z in (("bipolar", [-10.0, -10.0, 0.0]), ("girdle", [-30.0, 0.0, 0.0])):
+            result = uniformity_test(x)
+            yield "size", f"uniformity; Bingham's S; d = {d}", column, rejected(result)
+            yield "null mean of S", f"d = {d}", column, float(np.mean(result.statistic))
+            yield "size", f"uniformity; Giné's G; d = {d}", column, rejected(uniformity_test(x, method="gine"))
+            if d == 2:
+                yield "size", "uniformity; Rayleigh; d = 2", column, rejected(uniformity_test(x, method="rayleigh"))
+            if d == 3:
+                yield "size", "uniformity; simulation", column, rejected(uniformity_test(x, null="simulation", rng=0))
+        for kind, d, z in (
+            ("bipolar", 3, [-10.0, -10.0, 0.0]), ("girdle", 3, [-30.0, 0.0, 0.0]),
+            ("bipolar", 4, [-30.0, -30.0, -30.0, 0.0]),
+        ):  # fmt: skip
             x = sample(z, (replicates, n), n)
-            print(f"symmetry {kind}, n = {n}: {np.mean(symmetry_test(x, kind=kind).pvalue < 0.05):.3f}")
+            yield "size", f"symmetry; {kind}; d = {d}", column, rejected(symmetry_test(x, kind=kind))
+            yield "size", f"symmetry; {kind} found; d = {d}", column, rejected(symmetry_test(x))
+            if d == 3:
+                result = symmetry_test(x, kind=kind, null="simulation", **drawn)
+                yield "size", f"symmetry; {kind}; random rotations", column, rejected(result)
         x = sample([-16.0, -8.0, 0.0], (replicates, n), n)
-        print(f"cluster against girdle, n = {n}: {np.mean(cluster_girdle_test(x).pvalue < 0.05):.3f}")
+        yield "size", "cluster against girdle", column, rejected(cluster_girdle_test(x))
         for name, z in SHAPES.items():
             x, y = sample(z, (replicates, n), 1), sample(2 * np.array(z), (replicates, n), 2)
             same = sample(z, (replicates, n), 3)
-            tests = {
-                "mean axis": mean_axis_test(x, np.eye(len(z))[-1]),
-                "common axis": common_axis_test(x, y),
-                "equality (asymptotic)": equality_test(x, same, null="asymptotic"),
-            }
-            said = "  ".join(f"{t} {np.mean(r.pvalue < 0.05):.3f}" for t, r in tests.items())
-            print(f"{name:<16} n = {n:<3} {said}", flush=True)
+            mode = np.eye(len(z))[-1]
+            yield "size", f"mean axis; {name}", column, rejected(mean_axis_test(x, mode))
+            yield "size", f"common axis; {name}", column, rejected(common_axis_test(x, y))
+            yield "size", f"equality; {name}", column, rejected(equality_test(x, same, **drawn))
+            yield "size", f"equality by F; {name}", column, rejected(equality_test(x, same, null="asymptotic"))
+            if name in ("d = 3 girdle", "d = 3 triaxial"):
+                half = mean_axis_test(x, mode, null="permutation", **drawn)
+                yield "size", f"mean axis by half turns; {name}", column, rejected(half)
+                boot = common_axis_test(x, y, null="bootstrap", **drawn)
+                yield "size", f"common axis by bootstrap; {name}", column, rejected(boot)
+            if name in ("d = 3 bipolar", "d = 3 girdle", "d = 4 triaxial"):
+                yield "size", f"goodness of fit; {name}", column, rejected(goodness_of_fit_test(x, **drawn))
 
 
-def powers(replicates: int) -> dict[str, tuple[np.ndarray, np.ndarray]]:
-    """Return for each test, d = 3 and n = 20, the strength of the alternative and the share of rejections."""
+def powers(replicates: int) -> Iterator[Row]:
+    """Yield for each test, d = 3 and n = 20, the share of rejections by the strength of the alternative."""
     n = 20
-    steps = np.linspace(0.0, 1.0, 9)
-    curves: dict[str, list[float]] = {}
-    for s in steps:
+    for s in np.linspace(0.0, 1.0, 9):
         k = 4.0 * s
         base = sample([-20.0, -12.0, 0.0], (replicates, n), 1)
         angle = np.radians(20.0 * s)
         axis = np.array([0.0, np.sin(angle), np.cos(angle)])
         rotation = np.array([[1, 0, 0], [0, np.cos(angle), np.sin(angle)], [0, -np.sin(angle), np.cos(angle)]])
         turned = sample([-20.0, -12.0, 0.0], (replicates, n), 2) @ rotation.T
-        row = {
-            "uniformity, S: z = (−4s, −4s, 0)": uniformity_test(sample([-k, -k, 0.0], (replicates, n), 3)),
-            "symmetry: z = (−10 − 40s, −10, 0)": symmetry_test(sample([-10 - 10 * k, -10.0, 0.0], (replicates, n), 4)),
-            "mean axis 20°·s off": mean_axis_test(base, axis),
-            "common axis, 20°·s apart": common_axis_test(base, turned),
-            "equality: concentrations × (1 + 4s)": equality_test(
-                base, sample(np.array([-20.0, -12.0, 0.0]) * (1 + k), (replicates, n), 5), null="asymptotic"
+        denser = sample(np.array([-20.0, -12.0, 0.0]) * (1 + k), (replicates, n), 5)
+        outliers = sample([-60.0, -40.0, 0.0], (replicates, n), 7)
+        count = round(0.2 * s * n)
+        outliers[:, :count] = Bingham.uniform(3).rvs((replicates, count), rng=8)
+        part = slice(0, max(replicates // 5, 1))
+        for name, result in {
+            "uniformity: z = (−4s, −4s, 0)": uniformity_test(sample([-k, -k, 0.0], (replicates, n), 3)),
+            "symmetry: z = (−10 − 40s, −10, 0)": symmetry_test(
+                sample([-10 - 10 * k, -10.0, 0.0], (replicates, n), 4), kind="bipolar"
             ),
-            "cluster/girdle: z₂ = −10(1 − s)": cluster_girdle_test(
+            "mean axis, 20° s off": mean_axis_test(base, axis),
+            "common axis, 20° s apart": common_axis_test(base, turned),
+            "equality: concentrations × (1 + 4s)": equality_test(base, denser, resamples=RESAMPLES, rng=0),
+            "cluster or girdle: z₂ = −10 (1 − s)": cluster_girdle_test(
                 sample([-20.0, -10.0 * (1 - s), 0.0], (replicates, n), 6)
             ),
-        }
-        for name, result in row.items():
-            curves.setdefault(name, []).append(float(np.mean(result.pvalue < 0.05)))
-    return {name: (steps, np.array(values)) for name, values in curves.items()}
+            "goodness of fit: 20 % s of outliers": goodness_of_fit_test(outliers[part], resamples=RESAMPLES, rng=0),
+        }.items():
+            yield "power", name, f"{s:g}", float(np.mean(result.pvalue <= 0.05))
 
 
 def main() -> None:
     replicates = int(sys.argv[1]) if len(sys.argv) > 1 else 5000
-    coverage(replicates)
-    sizes(replicates)
-    curves = powers(replicates)
-    print("\nPower at 0.05, n = 20, strength s = 0, 1/8, …, 1")
-    for name, (_, values) in curves.items():
-        print(f"{name:<38}{' '.join(f'{v:.3f}' for v in values)}")
-    try:
-        from matplotlib.figure import Figure
-    except ImportError:
-        return
-    figure = Figure(figsize=(7.0, 4.5), layout="constrained")
-    ax = figure.subplots()
-    for name, (steps, values) in curves.items():
-        ax.plot(steps, values, marker="o", ms=3, label=name)
-    ax.axhline(0.05, color="0.6", lw=0.8, ls="--")
-    ax.set(xlabel="strength s of the alternative", ylabel="share of rejections at 0.05", ylim=(0, 1.02))
-    ax.set_title(f"Power of the tests, d = 3, n = 20, {replicates} samples", fontsize=10)
-    ax.legend(fontsize=8, frameon=False)
-    figure.savefig("power.png", dpi=150)
+    path = Path(sys.argv[2]) if len(sys.argv) > 2 else RESULTS
+    table = []
+    for part in (coverage, sizes, powers):
+        for case, name, metric, value in part(replicates):
+            print(f"{time.process_time():7.1f} s  {case:<18}{name:<40}{metric:<12}{value:.4f}", flush=True)
+            row = {"case": case, "filter": name, "metric": metric, "value": round(float(value), 6), "stderr": None}
+            table.append(row | {"paper": None})
+    rows = ",\n".join(json.dumps(row, ensure_ascii=False) for row in table)
+    head = f'{{"study": "inference", "runs": {replicates}, "seed": 0, "table": [\n'
+    path.write_text(f"{head}{rows}\n]}}\n", encoding="utf-8")
 
 
 if __name__ == "__main__":

@@ -16,7 +16,7 @@ from bingham.inference.result import axes_of, check_choice
 from bingham.notebook import Tabled
 from bingham.validation import as_generator, check_number, integer
 
-__all__ = ["ConcentrationIntervals", "concentration_intervals"]
+__all__ = ["ConcentrationIntervals", "concentration_intervals", "crowding", "profile_ratio"]
 
 FloatArray = NDArray[np.float64]
 
@@ -93,7 +93,7 @@ def concentration_intervals(
     z, best = marginal_fit(w, n, np.array(fitted.z.reshape(-1, d)))
     best = np.atleast_1d(best)
     low, high = np.zeros_like(z), np.zeros_like(z)
-    factor = _crowding(fitted.z.reshape(-1, d), w, n)
+    factor = crowding(fitted.z.reshape(-1, d), w, n)
     for k in range(d - 1):
         goal = np.sqrt(chdtri(1, 1.0 - level) / factor[:, k])
         low[:, k] = _end(k, -1.0, z, w, n, best, goal)
@@ -103,13 +103,24 @@ def concentration_intervals(
     )
 
 
-def _crowding(z: FloatArray, w: FloatArray, n: int) -> FloatArray:
+def crowding(z: FloatArray, w: FloatArray, n: int) -> FloatArray:
     """Return the factors f (R, d − 1) of the profile's ratios for maximum-likelihood z and moments w (R, d)."""
     square = 0.25 * n * np.diff(z[:, :-1], axis=-1) * np.diff(w[:, :-1], axis=-1)
     near = 1.0 / (1.0 + (square / GAP**2) ** 4)
     none = np.zeros((len(z), 1))
     below, above = np.concatenate([none, near], axis=1), np.concatenate([near, none], axis=1)
     return 1.0 + ONE * (below + above) + BOTH * below * above
+
+
+def profile_ratio(k: int, c: FloatArray, z: FloatArray, w: FloatArray, n: int, best: FloatArray) -> FloatArray:
+    """Return 2 [max log L − max_{zₖ = c} log L] (R,) for c (R,), moments w (R, d), the maximum `best` (R,) at z (R, d)."""
+    low = np.full_like(z, -np.inf)
+    high = np.zeros_like(z)
+    high[:, :k] = c[:, None]
+    low[:, k:] = c[:, None]
+    high[:, k] = c
+    low[:, -1] = 0.0
+    return np.maximum(2.0 * (best - marginal_maximum(w, n, z, low, high)[1]), 0.0)
 
 
 def _end(k: int, side: float, z: FloatArray, w: FloatArray, n: int, best: FloatArray, goal: FloatArray) -> FloatArray:
@@ -119,13 +130,7 @@ def _end(k: int, side: float, z: FloatArray, w: FloatArray, n: int, best: FloatA
     """
 
     def root(c: FloatArray) -> FloatArray:
-        low = np.full_like(z, -np.inf)
-        high = np.zeros_like(z)
-        high[:, :k] = c[:, None]
-        low[:, k:] = c[:, None]
-        high[:, k] = c
-        low[:, -1] = 0.0
-        return np.sqrt(np.maximum(2.0 * (best - marginal_maximum(w, n, z, low, high)[1]), 0.0))
+        return np.sqrt(profile_ratio(k, c, z, w, n, best))
 
     # In t = log(c₀ − c) with c₀ a hair above 0, where every concentration may end.
     offset = 1e-3

@@ -23,6 +23,9 @@ __all__ = ["MeanRotation", "mean_rotation"]
 
 FloatArray = NDArray[np.float64]
 
+# Cells into which a map is divided: enough for a variance, few enough to be wider than what links neighbours.
+CELLS = 10
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class MeanRotation(Tabled):
@@ -67,6 +70,7 @@ def mean_rotation(
     *,
     robust: bool = True,
     group: Any = "1",
+    position: ArrayLike | None = None,
     rng: Any = 0,
 ) -> MeanRotation:
     """Return the mean of rotations and its covariance, outliers told apart.
@@ -75,7 +79,9 @@ def mean_rotation(
     there is no background, and it is the leading eigenvector of Σ wₙ qₙqₙᵀ. With pₙ the probability that rotation n is
     no outlier, uₙ = wₙ pₙ, tₙ > 0 and eₙ the scalar and vector parts of mean* ⊗ qₙ, the mean solves Σ uₙ tₙ eₙ = 0.
     Its covariance is the sandwich H⁻¹ (Σ uₙ² tₙ² eₙeₙᵀ) H⁻¹ · 4, H = Σ uₙ (tₙ² I − eₙeₙᵀ), times n/(n − 3)
-    with Kish's n: no distribution is assumed for it.
+    with Kish's n: no distribution is assumed for it. That takes the rotations for independent; points of a map are not,
+    their errors are alike where they are close. With ``position`` the map is cut into about ten cells, and the
+    covariance is multiplied by how much more the sums Σ uₙ tₙ eₙ of the cells scatter than independent terms would.
 
     Parameters
     ----------
@@ -87,6 +93,8 @@ def mean_rotation(
         Whether to allow for outliers.
     group : str, Rotation or (G, 4) array_like
         Symmetry up to which the rotations are known.
+    position : (n, 2) or (n, 3) array_like, optional
+        Where on a map each was measured, in any unit.
     rng : None, int or numpy.random.Generator
         For the starts of the fit.
 
@@ -113,4 +121,34 @@ def mean_rotation(
     meat = (v.T * (u * t) ** 2) @ v
     n = u.sum() ** 2 / np.sum(u**2)
     covariance = 4.0 * bread @ meat @ bread * (n / max(n - 3.0, 1.0))
+    if position is not None:
+        covariance = covariance * _linked(_positions(position, len(q)), (u * t)[:, None] * v)
     return MeanRotation(mean, distribution, probability, fitted.background, covariance)
+
+
+def _positions(position: ArrayLike, n: int) -> FloatArray:
+    p = as_numbers(position, "position")
+    if p.ndim != 2 or len(p) != n or not np.all(np.isfinite(p)):
+        raise InvalidArgumentError("position", f"finite coordinates, one row for each of {n} rotations", p.shape)
+    return p
+
+
+def _linked(position: FloatArray, terms: FloatArray) -> float:
+    """Return by how much the variance of Σ terms (n, 3) exceeds that of independent ones, 1 at least.
+
+    Sums over square cells of a map are as good as independent once the cells are wider than the reach of the
+    correlation (batch means). The cells hold n/CELLS points at the spacing of the map.
+    """
+    from scipy.spatial import cKDTree
+
+    n = len(position)
+    apart = cKDTree(position).query(position, k=2)[0][:, 1]
+    spacing = float(np.median(apart[apart > 0.0])) if np.any(apart > 0.0) else 1.0
+    side = spacing * max(n / CELLS, 1.0) ** (1.0 / position.shape[1])
+    cell = np.unique(np.floor((position - position.min(axis=0)) / side), axis=0, return_inverse=True)[1].ravel()
+    count = int(cell.max()) + 1
+    sums = np.stack([np.bincount(cell, terms[:, j], minlength=count) for j in range(3)])
+    within = float(np.sum(terms**2))
+    if count < 2 or within == 0.0:
+        return 1.0
+    return max(1.0, float(np.sum(sums**2)) * count / (count - 1) / within)
