@@ -21,7 +21,7 @@ FloatArray = NDArray[np.float64]
 class OrientationDispersion(NamedTuple):
     """Dispersion indices (2/π) arctan(1/k), 0 for parallel fibres, towards 1 for dispersed ones.
 
-    ``major`` across the widest fan (k₂), ``minor`` across the narrowest (k₁), ``total`` of √(k₁ k₂).
+    ``major`` across the widest fan (the smaller k), ``minor`` across the narrowest, ``total`` of √(k₁ k₂).
     """
 
     major: Any
@@ -38,7 +38,7 @@ class FibreLobe:
     f0 : (...) array_like
         Amplitude at the peak, not negative.
     k1, k2 : (...) array_like
-        Concentrations k₁ ≥ k₂ ≥ 0 across the peak.
+        Concentrations ≥ 0 across the peak, in either order; dipy's k₁ is the smaller one.
 
     Examples
     --------
@@ -60,8 +60,6 @@ class FibreLobe:
             if not np.all((value >= 0.0) & np.isfinite(value)):
                 raise InvalidArgumentError(name, "finite numbers ≥ 0", value)
             object.__setattr__(self, name, value)
-        if np.any(values[1] < values[2]):
-            raise InvalidArgumentError("k1", "k1 ≥ k2", f"{values[1]} and {values[2]}", "swap them and their axes")
 
     @property
     def fibre_density(self) -> Any:
@@ -79,8 +77,10 @@ class FibreLobe:
     def dispersion(self) -> OrientationDispersion:
         """Orientation dispersion indices (...)."""
         with np.errstate(divide="ignore"):
-            minor, major, total = (2.0 / np.pi * np.arctan(1.0 / k) for k in
-                                   (self.k1, self.k2, np.sqrt(self.k1 * self.k2)))  # fmt: skip
+            minor, major, total = (
+                2.0 / np.pi * np.arctan(1.0 / k)
+                for k in (np.maximum(self.k1, self.k2), np.minimum(self.k1, self.k2), np.sqrt(self.k1 * self.k2))
+            )
         return OrientationDispersion(major[()], minor[()], total[()])
 
     def to_bingham(self, axes: ArrayLike) -> Bingham:
