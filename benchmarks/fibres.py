@@ -1,7 +1,7 @@
 """Lobes of fibre orientation distributions, dipy's numbers beside exact ones: ``python benchmarks/fibres.py [FILE]``.
 
-dipy sums a lobe over the vertices of a subdivided icosahedron, each for the same area; the exact integral is f₀ F(z). The
-lobe is turned at random, as its sum depends on where it points. Needs dipy, which the package itself never does.
+dipy sums a lobe over the vertices of a subdivided icosahedron, each for the same area; the exact integral is f₀ F(z).
+The lobe is turned at random, as its sum depends on where it points. Needs dipy, which the package itself never does.
 """
 
 from __future__ import annotations
@@ -12,8 +12,8 @@ from pathlib import Path
 
 import numpy as np
 from bingham.distributions.fibre import FibreLobe
-from dipy.reconst.bingham import bingham_fiber_density, k2odi, sf_to_bingham
 from dipy.data import get_sphere
+from dipy.reconst.bingham import bingham_fiber_density, k2odi, sf_to_bingham
 from scipy.spatial.transform import Rotation
 
 RESULTS = Path(__file__).resolve().parents[1] / "docs/studies/results/fibres.json"

@@ -2,8 +2,8 @@
 
 ``{{STUDY | case | filter | metric | format}}`` gives a value ± its standard error; the format, as ``.3f``, may have a
 leading ``%`` for percent. ``{{table STUDY | case | filter, … | metric format, …}}`` gives filters by metrics, and
-``{{rows STUDY | case | what a row is | metric; format; heading | …}}`` all filters of a case, those whose first metric is
-there.
+``{{rows STUDY | case | what a row is | metric; format; heading | …}}`` all filters of a case, those whose first metric
+is there.
 """
 
 from __future__ import annotations

@@ -113,7 +113,7 @@ def crowding(z: FloatArray, w: FloatArray, n: int) -> FloatArray:
 
 
 def profile_ratio(k: int, c: FloatArray, z: FloatArray, w: FloatArray, n: int, best: FloatArray) -> FloatArray:
-    """Return 2 [max log L − max_{zₖ = c} log L] (R,) for c (R,), moments w (R, d), the maximum `best` (R,) at z (R, d)."""
+    """Return 2 [max log L − max_{zₖ = c} log L] (R,) for c (R,), moments w (R, d); `best` (R,) is max log L, at z."""
     low = np.full_like(z, -np.inf)
     high = np.zeros_like(z)
     high[:, :k] = c[:, None]

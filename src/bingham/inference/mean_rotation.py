@@ -139,10 +139,10 @@ def _linked(position: FloatArray, terms: FloatArray) -> float:
     Sums over square cells of a map are as good as independent once the cells are wider than the reach of the
     correlation (batch means). The cells hold n/CELLS points at the spacing of the map.
     """
-    from scipy.spatial import cKDTree
+    from scipy.spatial import KDTree
 
     n = len(position)
-    apart = cKDTree(position).query(position, k=2)[0][:, 1]
+    apart = KDTree(position).query(position, k=2)[0][:, 1]
     spacing = float(np.median(apart[apart > 0.0])) if np.any(apart > 0.0) else 1.0
     side = spacing * max(n / CELLS, 1.0) ** (1.0 / position.shape[1])
     cell = np.unique(np.floor((position - position.min(axis=0)) / side), axis=0, return_inverse=True)[1].ravel()

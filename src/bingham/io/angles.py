@@ -169,6 +169,8 @@ ANGLES: dict[str, AngleKind] = {
             ("declination", "inclination"),
             "declination_inclination",
             ("dec", "inc"),
+            ("azimuth", "inclination"),
+            ("az", "inc"),
             ("decl", "incl"),
             ("d", "i"),
         ),

@@ -13,15 +13,19 @@ from bingham.errors import InvalidArgumentError, RecordingError
 from bingham.io.angles import AngleKind, angle_kind, recognised
 from bingham.io.careful import called
 from bingham.io.checks import normalised
+from bingham.io.field_notes import read_field_notes
 from bingham.io.layout import Layout, find_layout
 from bingham.io.table import read_table
-from bingham.io.text import opened_text
+from bingham.io.text import TextFile, opened_text
 from bingham.io.written import Written, decoded
 
 __all__ = ["Axes", "read_axes"]
 
 # Names under which components are looked for: quaternions, axes as geologists and as everybody else write them.
 KNOWN = (("qw", "qx", "qy", "qz"), ("n", "e", "d"), ("x", "y", "z"), ("x", "y"), ("ux", "uy"))
+
+# Components of unit vectors are not above 1.
+LIKE_DEGREES = 3.0
 
 
 class Axes(NamedTuple):
@@ -53,7 +57,8 @@ def read_axes(path: str | Path, *, columns: Sequence[str] | None = None, angles:
     path : str or Path
         File. If it names its columns, ``qw qx qy qz``, ``n e d`` (north, east, down), ``x y z``, ``x y`` or ``ux uy``
         are taken, or angles as `bingham.io.angles` knows them (``trend plunge``, ``phi1 Phi phi2``, …); without names
-        all columns are components, in the order of the file.
+        all columns are components, in the order of the file. Notations of field books (`bingham.io.field_notes`) are
+        read too.
     columns : sequence of str, optional
         Names of the columns in the file, in the order wanted.
     angles : str, optional
@@ -77,11 +82,19 @@ def read_axes(path: str | Path, *, columns: Sequence[str] | None = None, angles:
     kind = None if angles is None else angle_kind(angles)
     text = opened_text(path)
     path = text.path
-    layout = find_layout(text)
-    if layout.names:
-        at, kind, radians = _named(path, layout, columns, kind)
-    else:
-        at, radians = _unnamed(path, layout, columns, kind), False
+    wanted = None if columns is None else list(columns)
+    if (notes := _notes(text, wanted, kind, plain=False)) is not None:
+        return notes
+    try:
+        layout = find_layout(text)
+        if layout.names:
+            at, kind, radians = _named(path, layout, columns, kind)
+        else:
+            at, radians = _unnamed(path, layout, columns, kind), False
+    except RecordingError:
+        if (notes := _notes(text, wanted, kind, plain=True)) is None:
+            raise
+        return notes
     table = read_table(text, layout, at)
     rows = table.matrix(at, [1.0] * len(at))
     finite = np.isfinite(rows).all(axis=1)
@@ -96,7 +109,27 @@ def read_axes(path: str | Path, *, columns: Sequence[str] | None = None, angles:
         return table.place(at, index)
 
     names = tuple(called(layout, k) for k in at) if layout.names else tuple(f"x{k + 1}" for k in range(len(at)))
+    if not layout.names and len(at) == 2 and np.median(np.abs(rows).max(axis=1)) > LIKE_DEGREES:
+        problem = "two columns without names that look like angles in degrees"
+        raise RecordingError(path, f"line {layout.first}", problem, "say what they are by angles=, as trend-plunge")
     return Axes(path.stem, names, normalised(path, "axes", rows, place))
+
+
+def _notes(text: TextFile, columns: list[str] | None, kind: AngleKind | None, *, plain: bool) -> Axes | None:
+    """Return the axes of a field book, None if a file is none."""
+    if not text.complete or (notes := read_field_notes(text, columns, kind, plain=plain)) is None:
+        return None
+    try:
+        values = notes.kind.decode(notes.values)
+    except InvalidArgumentError:
+        for line, row in zip(notes.lines, notes.values, strict=True):
+            try:
+                notes.kind.decode(row[None])
+            except InvalidArgumentError as error:
+                expected = f"{error.argument} is to be {error.expected}"
+                raise RecordingError(text.path, f"line {line}", expected, "correct or remove the row") from None
+        raise
+    return Axes(text.path.stem, notes.kind.vector, values, notes.kind.name)
 
 
 def _unnamed(path: Path, layout: Layout, columns: Sequence[str] | None, kind: AngleKind | None) -> list[int]:
