@@ -106,6 +106,7 @@ def read_table(
     done: dict[Any, Any] = {k: v if isinstance(v, list) else v.finished() for k, v in gathered.items()}
     columns = {k: done[k] for k in alone}
     for group in groups:
+        done[group] = done[group].reshape(-1, len(group))
         columns |= {k: done[group][:, i] for i, k in enumerate(group)}
     return Table(text, layout, columns, {group: done[group] for group in groups})
 
