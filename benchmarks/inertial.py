@@ -1,7 +1,8 @@
 """What bias estimation and reported uncertainty are worth on recordings: python benchmarks/inertial.py FILE ...
 
 Files are recordings with reference and scored samples in any format that `bingham.io` reads, for example the trials of
-BROAD (github.com/dlaidig/broad, data_hdf5).
+BROAD (github.com/dlaidig/broad, data_hdf5). ``--sets DATA [--subset N]`` prints, for sets of recordings, what constants
+that were chosen on the other sets are worth on each: `inertial_sets`.
 """
 
 from __future__ import annotations
@@ -91,4 +92,9 @@ def main(paths: list[Path]) -> None:
 
 
 if __name__ == "__main__":
-    main([Path(argument) for argument in sys.argv[1:]])
+    if sys.argv[1:2] == ["--sets"]:
+        from inertial_sets import main as leave_one_out
+
+        leave_one_out(sys.argv[2:])
+    else:
+        main([Path(argument) for argument in sys.argv[1:]])
