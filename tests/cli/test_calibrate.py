@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from bingham import InvalidArgumentError
 from bingham.filters.imu_calibration import MagnetometerCalibration, calibrate_magnetometer
@@ -36,6 +37,37 @@ def test_a_body_that_turns_about_one_axis_is_not_enough(right):
         calibrate_magnetometer(amended(right, magnetometer=field))
     with pytest.raises(InvalidArgumentError, match="at least 50 magnetometer samples, got 0"):
         calibrate_magnetometer(amended(right, magnetometer=None))
+
+
+def test_outliers_do_not_count(right):
+    rng = np.random.default_rng(3)
+    field = right.magnetometer + OFFSET
+    rows = rng.choice(right.size, right.size // 100, replace=False)
+    field[rows] += 200.0 * rng.standard_normal((len(rows), 3))
+    found = calibrate_magnetometer(amended(right, magnetometer=field))
+    np.testing.assert_allclose(found.offset, OFFSET, atol=0.3)
+
+
+def test_what_shows_no_offset_is_rejected(right):
+    rng = np.random.default_rng(4)
+    t = right.time
+    sway = np.column_stack([np.sin(0.7 * t), np.sin(1.1 * t + 1.0), np.sin(0.9 * t + 2.0)])
+
+    def seen(degrees):
+        body = Rotation.from_rotvec(np.radians(degrees) * sway).inv().apply([0.0, 20.0, -40.0])
+        return body + OFFSET + 0.3 * rng.standard_normal(sway.shape)
+
+    found = calibrate_magnetometer(amended(right, magnetometer=seen(60.0)))
+    np.testing.assert_allclose(found.offset, OFFSET, atol=0.5)
+    turning = right.magnetometer + OFFSET
+    for field, text in (
+        (seen(20.0), "too little motion"),
+        (OFFSET + 0.5 * rng.standard_normal(sway.shape), "constant strength"),
+        (right.magnetometer * (1.0 + 0.3 * np.sin(0.5 * t))[:, None], "constant strength"),
+        (np.minimum(turning, np.quantile(turning, 0.8)), "the end of its range"),
+    ):
+        with pytest.raises(InvalidArgumentError, match=text):
+            calibrate_magnetometer(amended(right, magnetometer=field))
 
 
 def test_the_command_writes_what_track_takes(right, bingham, tmp_path):
