@@ -156,8 +156,8 @@ def _ellipsoid(x: FloatArray) -> tuple[FloatArray, FloatArray, float]:
     values, axes = np.linalg.eigh(a)
     if values[0] <= 0.0 or values[2] > ROUND**2 * values[0]:
         raise InvalidArgumentError("recording", "magnetometer samples on an ellipsoid", "none that is nearly one", HINT)
-    middle = -0.5 * np.linalg.solve(a, p[6:])
-    noise2 = np.mean((design @ p - 1.0) ** 2) / np.mean(np.sum((2.0 * (x - middle) @ a) ** 2, axis=1))
+    middle = np.asarray(-0.5 * np.linalg.solve(a, p[6:]), dtype=np.float64)
+    noise2 = float(np.mean((design @ p - 1.0) ** 2)) / float(np.mean(np.sum((2.0 * (x - middle) @ a) ** 2, axis=1)))
     # (x − c)ᵀ A (x − c) = 1 + cᵀ A c, the square of a radius of 1 in the directions of `axes`.
     values = values / (1.0 + middle @ a @ middle)
     radius = float(np.prod(values) ** (-1.0 / 6.0))
