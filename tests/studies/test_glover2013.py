@@ -25,6 +25,7 @@ from bingham.studies.glover2013_ball import (
     run_chunk,
 )
 from bingham.studies.glover2013_composition import COMPOSED, composition_error
+from bingham.studies.glover2013_runs import OBSERVED
 from bingham.studies.glover2013_signals import IDENTITY, isotropic_distribution, noise_covariance, projected_draws
 from bingham.studies.study import generator
 
@@ -86,6 +87,17 @@ def test_published_figures_stand_beside_ours(result):
     assert improvements == [value for value, _ in TABLE.values()]
     assert paper["all signals, against ekf_fixed", "wins"] == 268
     assert len(paper) == 9 + 9 + 1 + 2
+
+
+def test_runs_of_figure_2_lie_within_their_bounds(result):
+    for k in range(len(OBSERVED)):
+        c = {name: result.curves[f"run/{k}/{name}"] for name in ("truth", "modes", "low", "high", "error", "bound")}
+        # 200 steps, neighbours alike.
+        assert 0.75 < np.mean(c["error"] <= c["bound"]) <= 1.0
+        assert np.mean((c["low"] <= c["modes"]) & (c["modes"] <= c["high"])) > 0.97
+        assert np.abs(np.diff(c["truth"], axis=0)).max() < 0.5
+    # Negative control: the wide run's errors are not within the bounds of the narrow one.
+    assert np.mean(c["error"] <= result.curves["run/0/bound"]) < 0.5
 
 
 def test_the_motion_is_as_fast_as_the_papers(result):

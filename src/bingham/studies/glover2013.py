@@ -16,6 +16,7 @@ from bingham.filters.first_order import BinghamFilter
 from bingham.metrics import angle_probability, chi_square_probability, geodesic_error, nees
 from bingham.studies.calibration import calibration_arrays, calibration_rows, moment_error
 from bingham.studies.glover2013_composition import COMPOSED, run_composition
+from bingham.studies.glover2013_runs import run_curves
 from bingham.studies.glover2013_signals import (
     isotropic_distribution,
     noise_covariance,
@@ -148,7 +149,9 @@ def _summarize(runs: int, seed: int, results: Mapping[str, Arrays]) -> StudyResu
         table.append(mean_row(f"composition, process {_name(p)}, observation {_name(o)}", "bingham", "kl", values))
     table.append(Row("composition, mean of all", "bingham", "kl", float(divergence.mean()), None, PUBLISHED_KL[0]))
     table.append(Row("composition, largest", "bingham", "kl", float(divergence.max()), None, PUBLISHED_KL[1]))
-    curves = {f"error/{name}": values for name, values in joint.items()} | {"composition/kl": divergence}
+    curves = (
+        {f"error/{name}": values for name, values in joint.items()} | {"composition/kl": divergence} | run_curves(seed)
+    )
     return StudyResult("glover2013", runs, seed, table, curves)
 
 

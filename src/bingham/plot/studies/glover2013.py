@@ -8,6 +8,7 @@ import numpy as np
 
 from bingham.plot.studies.style import COLORS, LABELS, new_figure
 from bingham.studies.glover2013 import TABLE
+from bingham.studies.glover2013_runs import OBSERVED
 from bingham.studies.study import StudyResult
 
 if TYPE_CHECKING:
@@ -17,8 +18,39 @@ __all__ = ["draw"]
 
 
 def draw(result: StudyResult) -> dict[str, Figure]:
-    """Return the figures ``signals``, ``cells`` and ``composition``."""
-    return {"signals": _signals(result), "cells": _cells(result), "composition": _composition(result)}
+    """Return the figures ``runs`` (Fig. 2), ``signals``, ``cells`` (Table 1) and ``composition``."""
+    return {
+        "runs": _runs(result),
+        "signals": _signals(result),
+        "cells": _cells(result),
+        "composition": _composition(result),
+    }
+
+
+def _runs(result: StudyResult) -> Figure:
+    figure, axes = new_figure(9.0, 7.0, 5, len(OBSERVED), sharex=True)
+    for k, z in enumerate(OBSERVED):
+        curves = {name: result.curves[f"run/{k}/{name}"] for name in ("truth", "measured", "modes", "low", "high")}
+        step = np.arange(1, len(curves["truth"]) + 1)
+        for i, component in enumerate("wxyz"):
+            ax = axes[i, k]
+            ax.plot(step, curves["measured"][:, i], ".", ms=2, color="0.6", label="measured")
+            ax.fill_between(step, curves["low"][:, i], curves["high"][:, i], color=COLORS["bingham"], alpha=0.25, lw=0,
+                            label="90 % of the filter's distribution")  # fmt: skip
+            ax.plot(step, curves["truth"][:, i], color="black", lw=1.4, label="true")
+            ax.plot(step, curves["modes"][:, i], color=COLORS["bingham"], lw=1.0, label="filtered")
+            ax.set(ylim=(-1.05, 1.05))
+            if k == 0:
+                ax.set_ylabel(component)
+        error, bound = (np.degrees(result.curves[f"run/{k}/{name}"]) for name in ("error", "bound"))
+        axes[4, k].plot(step, error, color="black", lw=1.0)
+        axes[4, k].fill_between(step, 0.0, bound, color=COLORS["bingham"], alpha=0.25, lw=0)
+        axes[4, k].set(xlabel="step", ylim=(0.0, None))
+        axes[0, k].set_title("observation noise " + ", ".join(f"{x:g}" for x in z), fontsize=9)
+    axes[4, 0].set_ylabel("error [°]")
+    handles, labels = axes[0, 0].get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside upper center", ncols=4, fontsize=8, frameon=False)
+    return figure
 
 
 def _signals(result: StudyResult) -> Figure:

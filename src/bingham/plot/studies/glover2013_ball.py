@@ -17,6 +17,8 @@ __all__ = ["draw"]
 
 NAMES = (
     "bingham_second_order",
+    "bingham_mixture",
+    "bingham_mixture_published",
     "bingham_oracle",
     "bingham_bank",
     "bingham_first_order",
@@ -34,6 +36,7 @@ PANELS = (
 STYLES = {
     "bingham_oracle": ":",
     "bingham_bank": "--",
+    "bingham_mixture_published": "--",
     "bingham_first_order_fair": (0, (1, 1)),
     "ekf_first_order_fair": (0, (1, 1)),
     "random_guess": "--",

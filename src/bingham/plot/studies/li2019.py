@@ -1,4 +1,4 @@
-"""Figures of the 2019 study: samples (Figs. 2, 3), corrections (5), errors (7), error against time (8)."""
+"""Figures of the 2019 study: method (Fig. 1), samples (Figs. 2, 3), corrections (5), errors (7), error and time (8)."""
 
 from __future__ import annotations
 
@@ -9,6 +9,8 @@ import numpy as np
 from bingham.distributions.bingham import Bingham
 from bingham.plot.sampling import draw_circle_samples, draw_sphere_samples, draw_tangent_samples
 from bingham.plot.studies.style import new_figure
+from bingham.sampling.gaussian_lcd import standard_normal_points
+from bingham.sampling.riemannian import gnomonic, transported
 from bingham.studies.study import StudyResult
 
 if TYPE_CHECKING:
@@ -17,6 +19,8 @@ if TYPE_CHECKING:
 __all__ = ["draw"]
 
 LEVELS = ("1e-1", "1e-2", "1e-4")
+# Half width of the tangent plane that is drawn.
+REACH = 1.4
 LABELS = {
     "unscented_7": "UT-7",
     "unscented_progressive_7": "UT-7 progressive",
@@ -37,8 +41,9 @@ COLOURS = {"unscented": "#D55E00", "random": "#999999", "rss": "#0072B2", "parti
 
 
 def draw(result: StudyResult) -> dict[str, Figure]:
-    """Return the figures ``samples``, ``corrections``, ``errors`` and ``time``."""
+    """Return the figures ``method``, ``samples``, ``corrections``, ``errors`` and ``time``."""
     return {
+        "method": _method(),
         "samples": _samples(result),
         "corrections": _corrections(result),
         "errors": _errors(result),
@@ -53,6 +58,45 @@ def _distribution(*diagonal: float) -> Bingham:
 def _plain(axes: Any) -> None:
     for ax in np.asarray(axes).flat:
         ax.grid(visible=False)
+
+
+def _method() -> Figure:
+    """Points of the normal distribution in the tangent plane at the mode, and what becomes of them on the sphere."""
+    from matplotlib import colormaps
+
+    distribution = _distribution(3.0, 12.0, 0.0)
+    normal = standard_normal_points(2, 30)
+    z = np.array(distribution.z)
+    maps = {
+        "gnomonic, as published": gnomonic(normal, z),
+        "transport, the default": transported(normal, z, symmetric=True),
+    }
+    figure, axes = new_figure(8.4, 3.9, 1, 2, subplot_kw={"projection": "3d", "computed_zorder": False})
+    polar, turn = np.meshgrid(np.linspace(0.0, 0.5 * np.pi, 40), np.linspace(0.0, 2.0 * np.pi, 80))
+    dome = np.stack([np.sin(polar) * np.cos(turn), np.sin(polar) * np.sin(turn), np.cos(polar)], axis=-1)
+    height = np.exp((dome * dome) @ z)
+    for ax, (label, points) in zip(axes, maps.items(), strict=True):
+        shades = colormaps["Blues"](0.1 + 0.6 * height)
+        ax.plot_surface(
+            *np.moveaxis(dome, -1, 0), facecolors=shades, rstride=1, cstride=1, lw=0, shade=False, alpha=0.9
+        )
+        x = np.where(points[:, 2:] < 0.0, -points, points)
+        # Along the ray from the centre: where the plane at the mode meets it.
+        plane = x / x[:, 2:]
+        shown = np.linalg.norm(plane[:, :2], axis=1) < REACH
+        side = np.array([-REACH, REACH])
+        flat = np.meshgrid(side, side)
+        ax.plot_surface(*flat, np.ones((2, 2)), color="0.5", alpha=0.15, lw=0)
+        for a, b in zip(x[shown], plane[shown], strict=True):
+            ax.plot(*np.stack([a, b], axis=1), color="0.5", lw=0.6)
+        ax.plot(*plane[shown].T, "o", ms=3, color="#009E73")
+        ax.plot(*(1.01 * x).T, "o", ms=4, color="#D55E00")
+        ax.set(xlim=(-REACH, REACH), ylim=(-REACH, REACH), zlim=(0.0, 1.2))
+        ax.set_box_aspect((1.0, 1.0, 0.6 / REACH), zoom=1.5)
+        ax.set_title(label, fontsize=9)
+        ax.view_init(elev=28.0, azim=-60.0)
+        ax.set_axis_off()
+    return figure
 
 
 def _samples(result: StudyResult) -> Figure:
