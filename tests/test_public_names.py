@@ -43,6 +43,13 @@ def test_importing_loads_nothing_heavy():
     assert out.strip() == "[]"
 
 
+def test_the_inertial_filter_and_its_readers_load_little_of_scipy():
+    code = "import sys, bingham.filters.imu, bingham.cli.tracking, bingham.io.csv; print(sorted(sys.modules))"
+    out = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
+    assert "'bingham.kernels.imu_loop'" in out
+    assert not [name for name in ("scipy.special", "scipy.spatial", "scipy.optimize") if f"'{name}'" in out]
+
+
 def test_names_of_subpackages_are_found_without_an_import_of_their_own():
     for part in (bingham.plot, bingham.surfaces):
         assert {name for name in part.__all__ if getattr(part, name).__doc__} == set(dir(part)), part.__name__

@@ -13,7 +13,6 @@ from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.spatial.transform import Rotation
 
 from bingham.errors import InvalidArgumentError, RecordingWarning
 from bingham.validation import as_array, as_numbers, described
@@ -374,6 +373,8 @@ def with_covariance(
         raise InvalidArgumentError(argument, f"covariances (3, 3) or ({size}, 3, 3), rad²", f"shape {c.shape}", hint)
     c = np.broadcast_to(c, (size, 3, 3))
     if frame == "body":
+        from scipy.spatial.transform import Rotation  # loads slowly
+
         r = Rotation.from_quat(recording.orientation, scalar_first=True).as_matrix()
         c = r @ c @ np.swapaxes(r, -1, -2)
     return replace(recording, covariance=c)

@@ -9,7 +9,6 @@ from typing import Any, ParamSpec, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.special import chdtri
 
 from bingham.distributions.normalizer import log_normalizer, log_normalizer_derivatives
 from bingham.errors import InvalidArgumentError
@@ -139,6 +138,8 @@ def heading_and_inclination(covariance: FloatArray, level: float = 0.95) -> tupl
     """
     a, b, c = covariance[..., 0, 0], covariance[..., 0, 1], covariance[..., 1, 1]
     widest = (a + c) / 2.0 + np.hypot((a - c) / 2.0, b)
+    from scipy.special import chdtri  # loads slowly
+
     across = math.sqrt(chdtri(1, 1.0 - level)) * np.sqrt(covariance[..., 2, 2])
     return across, math.sqrt(chdtri(2, 1.0 - level)) * np.sqrt(widest)
 

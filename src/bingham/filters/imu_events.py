@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.spatial.transform import Rotation
 
 from bingham.distributions.bingham import Bingham
 from bingham.distributions.uncertainty import frame_required
@@ -24,6 +23,9 @@ from bingham.kernels.imu_orientation import advance, flush, observe, passed
 from bingham.recording import OrientationRecording, with_covariance
 from bingham.rotations import rotate as rotate_vectors
 from bingham.validation import unit_row
+
+if TYPE_CHECKING:
+    from scipy.spatial.transform import Rotation
 
 __all__ = ["ImuStream"]
 
