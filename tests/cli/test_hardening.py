@@ -172,3 +172,60 @@ def _alive(process):
 
 
 __all__ = ["Chunk", "in_processes", "wait_and_tell"]
+
+
+# Root reads and writes anywhere, unless it gives that up.
+RESTRICTED = [] if os.name == "nt" or os.geteuid() else ["setpriv", "--inh-caps=-all", "--bounding-set=-all"]
+with_permissions = pytest.mark.skipif(
+    os.name == "nt" or (bool(RESTRICTED) and shutil.which("setpriv") is None),
+    reason="needs permissions, and root a way to give up its own",
+)
+
+
+@pytest.fixture
+def locked(tmp_path):
+    """A folder that cannot be searched, with a file in it."""
+    folder = tmp_path / "locked"
+    folder.mkdir()
+    (folder / "x.csv").write_text("t,gx,gy,gz\n")
+    folder.chmod(0)
+    yield folder
+    folder.chmod(0o755)
+
+
+@with_permissions
+@pytest.mark.parametrize(
+    ("command", "place"),
+    [
+        ("track IMU --no-figure -o LOCKED", "LOCKED"),
+        ("track LOCKED/x.csv -o OUT", "LOCKED/x.csv"),
+        ("calibrate IMU -o LOCKED/x/m.json", "LOCKED/x/m.json"),
+        ("fit LOCKED/x.csv", "LOCKED/x.csv"),
+        ("track - --state LOCKED/s", "LOCKED/s"),
+    ],
+)
+def test_a_folder_that_cannot_be_searched_is_named(imu, tmp_path, locked, command, place):
+    names = {"IMU": imu, "LOCKED": locked, "OUT": tmp_path / "out"}
+    for name, path in names.items():
+        command, place = command.replace(name, str(path)), place.replace(name, str(path))
+    more = {"input": b"acc 0 0 0 9.81\n", "capture_output": True, "check": False}
+    done = subprocess.run([*RESTRICTED, *BINGHAM, *command.split()], **more)
+    lines = [line for line in done.stderr.decode().splitlines() if "compiling" not in line]
+    assert done.returncode == 2
+    assert len(lines) == 1
+    assert lines[0].startswith(f"bingham: {place}") and "Permission denied; " in lines[0]
+    assert not (tmp_path / "out").exists()
+
+
+@with_permissions
+def test_a_home_that_cannot_be_written_changes_nothing(imu, tmp_path):
+    home = tmp_path / "home"
+    home.mkdir(mode=0o555)
+    environment = os.environ | {"HOME": str(home)}
+    for name in ("XDG_CACHE_HOME", "XDG_CONFIG_HOME", "BINGHAM_CACHE"):
+        environment.pop(name, None)
+    command = [*RESTRICTED, *BINGHAM, "track", imu, "--no-figure", "-o", tmp_path / "out"]
+    done = subprocess.run(command, capture_output=True, check=False, env=environment)
+    assert done.returncode == 0
+    assert [line for line in done.stderr.decode().splitlines() if "compiling" not in line] == []
+    assert len(list((tmp_path / "out").iterdir())) == 2

@@ -264,6 +264,8 @@ def main():
             if problem is None:
                 continue
             total += 1
+            if total % 50 == 0:
+                print(f"{total} signals", flush=True)
             if problem:
                 wrong += 1
                 when = f"{signal.Signals(number).name} {'after' if after else 'before'} rename {at}"

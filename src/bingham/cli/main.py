@@ -5,6 +5,7 @@ A command module imports typer at its top and everything heavier inside the comm
 
 from __future__ import annotations
 
+import inspect
 import sys
 import warnings
 from importlib import import_module
@@ -108,6 +109,11 @@ def common(
 
 for command in COMMANDS:
     import_module(f"bingham.cli.{command}").register(app)
+# That a path cannot be read is said by what reads it, in a line of its own.
+for registered in app.registered_commands:
+    for parameter in inspect.signature(registered.callback or common).parameters.values():
+        if hasattr(parameter.default, "readable"):
+            parameter.default.readable = False
 
 
 def main() -> None:
@@ -127,6 +133,7 @@ def main() -> None:
         discard_output()
     except OSError as error:
         discard_output()
-        say_error(f"{error.filename or 'standard output'}: {error.strerror}; check the disk or the pipe behind it")
+        hint = "check permissions" if isinstance(error, PermissionError) else "check the disk or the pipe behind it"
+        say_error(f"{error.filename or 'standard output'}: {error.strerror}; {hint}")
         code = 2
     raise SystemExit(code)

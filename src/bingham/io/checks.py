@@ -79,8 +79,14 @@ def existing(path: str | Path, *, folder: bool = False) -> Path:
     """
     path = Path(path)
     try:
-        there = path.exists()
-    except (OSError, ValueError) as error:  # a name too long, a zero byte in it
+        path.stat()
+        there = True
+    except (FileNotFoundError, NotADirectoryError):
+        there = False
+    except PermissionError as error:
+        hint = "check path and permissions"
+        raise RecordingError(path, "", f"cannot be read: {error.strerror}", hint) from None
+    except (OSError, ValueError) as error:  # a name too long, a zero byte in it, a loop of links
         raise RecordingError(path, "", f"no such file or folder ({error})"[:120], "check the path") from None
     if not there:
         raise RecordingError(path, "", "no such file or folder", "check the path")
