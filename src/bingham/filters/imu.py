@@ -121,7 +121,7 @@ class ImuFilter:
     gyroscope_bias_walk: float = math.radians(0.002)
     accelerometer_noise: float = 0.03
     accelerometer_scale_error: float = 0.02
-    accelerometer_bias: float = 0.02
+    accelerometer_bias: float = 0.025
     slow_velocity: float = 0.12
     motion_window: float = 5.0
     rest_rate: float = math.radians(2.0)
@@ -129,13 +129,13 @@ class ImuFilter:
     rest_time: float = 1.5
     rest_rate_error: float = math.radians(0.1)
     magnetometer_error: float = math.radians(3.0)
-    magnetometer_time: float = 1.0
+    magnetometer_time: float = 0.8
     field_memory: float = 20.0
     field_limit: float = math.radians(30.0)
     new_field_time: float = 20.0
     gravity: float = 9.81
     declination: float = 0.0
-    update_interval: float = 0.04
+    update_interval: float = 0.08
     gyroscope_delay: float = 0.002
     alignment_error: float = math.radians(0.12)
     gyroscope_range: float = 0.0
@@ -200,7 +200,7 @@ class ImuFilter:
         record["phase"], record["orientation"], record["swing_power"] = -1, seen.mode, swing2
         p = record["covariance"]
         p[:3, :3] = covariance_of_distribution(seen)
-        p[range(3, 6), range(3, 6)] = swing2
+        p[range(3, 5), range(3, 5)] = swing2
         # What is not known of the heading whatever the tilt: nothing but a sensor of the heading will change it.
         apart = p[2, 2] - p[2, :2] @ np.linalg.solve(p[:2, :2], p[:2, 2])
         record["unknown_heading"] = apart
@@ -227,8 +227,8 @@ class ImuFilter:
         if prior is not None:
             seen = prior.multiply(distribution_of_covariance(record["orientation"], record["covariance"][:3, :3]))
             record["orientation"], record["covariance"][:3, :3] = seen.mode, covariance_of_distribution(seen)
-        record["covariance"][range(3, 6), range(3, 6)] = 1.0
-        record["covariance"][range(6, 9), range(6, 9)] = self.gyroscope_wide_bias**2
+        record["covariance"][range(3, 5), range(3, 5)] = 1.0
+        record["covariance"][range(5, 8), range(5, 8)] = self.gyroscope_wide_bias**2
         return state
 
     def blank(self) -> ImuState:
@@ -236,11 +236,11 @@ class ImuFilter:
         state = ImuState.zeros()
         record = state.record
         record["last"] = np.nan
-        record["noise"] = record["seen_noise"] = record["level"] = 1.0
+        record["noise"] = record["seen_noise"] = record["level"] = record["coarse"] = 1.0
         record["range"] = 0.99 * self.gyroscope_range
         p = record["covariance"]
-        p[range(6, 9), range(6, 9)] = self.gyroscope_bias**2
-        p[range(9, 12), range(9, 12)] = self.accelerometer_bias**2
+        p[range(5, 8), range(5, 8)] = self.gyroscope_bias**2
+        p[range(8, 11), range(8, 11)] = self.accelerometer_bias**2
         return state
 
     def run(self, recording: ImuRecording, *, prior: Bingham | None = None, state: ImuState | None = None) -> ImuTrack:

@@ -196,7 +196,7 @@ class ImuStream:
     @property
     def bias_std(self) -> FloatArray:
         """Standard deviations (3,) of the bias, rad/s."""
-        return np.sqrt(np.diagonal(self._record["covariance"])[6:9])
+        return np.sqrt(np.diagonal(self._record["covariance"])[5:8])
 
     @property
     def heading_std(self) -> float:

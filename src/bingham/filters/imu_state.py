@@ -23,13 +23,14 @@ FAULTS = (
     "rows of zeros taken for no samples",
     "clipped gyroscope samples",
     "frozen gyroscope samples",
+    "repeated gyroscope samples",
     "gaps",
     "restarts after a lost attitude",
     "contradictions between gyroscope and accelerometer",
     "orientations rejected",
 )
 # What is wrong with samples; the rest is what the filter made of it.
-TOLD = FAULTS[:6]
+TOLD = FAULTS[:7]
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,7 +72,7 @@ class ImuState:
 
     @property
     def covariance(self) -> FloatArray:
-        """Covariance (12, 12) of the errors of orientation, velocity, gyroscope and accelerometer bias."""
+        """Covariance (11, 11) of the errors of orientation, velocity, gyroscope and accelerometer bias."""
         return self.record["covariance"].copy()
 
     def without_times(self) -> ImuState:

@@ -18,6 +18,7 @@ from bingham.kernels.imu_model import (
     EARLY,
     MAXIMAL_RATIO,
     PENDING,
+    RECENT,
     REPEATED,
     SIZE,
     UNKNOWN,
@@ -44,17 +45,20 @@ USUAL_JUMPS = 10.0
 RETURN = 0.25
 SPIKE_STEP = 0.05  # s: of samples further apart none follows from the last
 GOOD, HELD, BACK, BOTH = range(4)
+FLAT_STEPS = 2.5  # steps without change that make a flat top
+COARSE = 0.01  # share of exact repetitions of a component beyond which they mean nothing
+ENOUGH_REPEATS = 5
 SMALLEST_RANGE = 2.0  # rad/s: no gyroscope ends at less than 125°/s = 2.2 rad/s
-CLIP_EXCESS = 0.8  # share of the range by which a clipped rate usually exceeds it
+CLIP_EXCESS = 0.8  # share of the range by which a clipped rate exceeds it at most
 FREEZE_TIME = 0.12  # s of exactly repeated rows that no resampling makes
 FREEZE_NOISE = 0.3  # rad²/s, θ while the gyroscope is frozen: 1 rad/s with a correlation time of 0.15 s
 LOST_TILT = 1.0  # rad², variance of the tilt beyond which the next force is a start
 DELAY_SHARE = 1.0 / 3.0  # of the sensor's delay that is not known
 NORTH_SHARE = 0.5  # of a magnetometer's error that the place and the calibration make: no averaging removes it
-# Reported variances of the tilt are those of the filter times what its corrections say, at least LEVEL_FLOOR, and more
-# at once while corrections add up one way or the velocity contradicts the tilt.
+# Reported variances of the tilt are those of the filter times what its corrections say, at least LEVEL_FLOOR, and at
+# once what they say now, up to MAXIMAL_SURPRISE, while they add up one way.
 LEVEL_FLOOR = 0.5
-SURPRISE_SHARE = 0.5
+MAXIMAL_SURPRISE = 100.0
 SHARED = 0.1  # of the smoother's gain in variance that is not claimed: errors that last are on both sides
 SHARED_LIMIT = 10.0
 BENDING = 0.25  # error of the linear recursion, in squares of the tilt it corrects
@@ -70,7 +74,7 @@ UPDATE = np.dtype([
     ("index", "i8"), ("restart", "i8"), ("error", "f8", SIZE), ("F", "f8", (SIZE, SIZE)),
     ("predicted", "f8", (SIZE, SIZE)), ("filtered", "f8", (SIZE, SIZE)),
 ], align=True)  # fmt: skip
-RATE_REJECTED, FORCE_REJECTED, FIELD_REJECTED, ZEROS, CLIPPED, FROZEN, GAPS, RESTARTS, CONTRADICTIONS = range(9)
+RATE_REJECTED, FORCE_REJECTED, FIELD_REJECTED, ZEROS, CLIPPED, FROZEN, REPEATS, GAPS, RESTARTS = range(9)
 
 
 @compiled()
@@ -105,14 +109,47 @@ def judge(s, k, t, before, last, held, x, y, z):
     return GOOD
 
 
+@compiled(inline=True)
+def repeating(s):
+    """Whether the last rate of a body that moves was one of a repeated block."""
+    return s.matched >= ENOUGH_REPEATS and s.quiet_time == 0.0
+
+
+@compiled()
+def repeats(s, x, y, z):
+    """Whether the rates now coming are, one by one, those of a moment before: a block sent twice.
+
+    Noise repeats no number by chance, and what is quantised coarsely does not do so for `ENOUGH_REPEATS` rates of a moving body.
+    """
+    key = 0.8414709848 * x + 0.5403023059 * y + 0.9092974268 * z
+    spread = abs(key) * 43758.5453
+    slot = int((spread - math.floor(spread)) * RECENT)
+    count = s.count
+    if s.lag > 0 and s.recent[(count - s.lag) % RECENT] == key:
+        s.matched += 1
+    else:
+        s.lag = s.matched = 0
+        before = s.place[slot]
+        if 1 < count - before < RECENT and s.recent[before % RECENT] == key:
+            s.lag, s.matched = count - before, 1
+    s.recent[count % RECENT] = key
+    s.place[slot] = count
+    s.count = count + 1
+    return repeating(s)
+
+
 @compiled()
 def rotate(s, par, w, t, x, y, z):
     """Take the gyroscope's rate (x, y, z) at t, which stands for the time since the last one."""
+    s.now = t
     if s.blank > 0:  # zeros that no zeros of the accelerometer followed: a sample
         s.blank = 0
         rotate_by(s, par, w, s.blank_time, 0.0, 0.0, 0.0)
     if x == 0.0 and y == 0.0 and z == 0.0:
         s.blank, s.blank_time = 1, t
+        return
+    if repeats(s, x, y, z):
+        s.faults[REPEATS] += 1
         return
     rotate_by(s, par, w, t, x, y, z)
 
@@ -138,6 +175,18 @@ def rotate_by(s, par, w, t, x, y, z):
     integrate(s, par, w, t, x, y, z, verdict == BACK)
 
 
+@compiled(inline=True)
+def beyond_range(s, i, value, dt):
+    """By how much the rate of axis i is likely to exceed its flat top, from the slope with which it came there.
+
+    A parabola of slope σ at the ends of a top of τ encloses σ τ²/6: the excess grows by σ τ/3.
+    """
+    slope, time = s.slope[1, i], s.flat_time[i]
+    if time < FLAT_STEPS * dt or slope * value <= 0.0:
+        return 0.0
+    return math.copysign(min(abs(slope) * (time - 0.5 * dt) / 3.0, CLIP_EXCESS * abs(value)), value)
+
+
 @compiled()
 def integrate(s, par, w, t, x, y, z, bridged):
     """Rotate the orientation by the rate (x, y, z) since the last sample; `bridged` over one that was a spike."""
@@ -153,13 +202,15 @@ def integrate(s, par, w, t, x, y, z, bridged):
     for i in range(3):
         new = x if i == 0 else y if i == 1 else z
         change2 += (new - rate[i]) ** 2
-        # Flat tops: the largest rate seen, exactly repeated.
-        flat = (
-            abs(new) >= s.range
-            if s.range > 0.0
-            else (new == rate[i] and abs(new) >= s.top and abs(new) > SMALLEST_RANGE)
-        )
-        s.flat_time[i] = s.flat_time[i] + dt if flat else 0.0
+        # Flat tops: at the end of a range that is given, or exactly repeated, at the largest rate or where it is noisy.
+        repeated = new == rate[i] and abs(new) > SMALLEST_RANGE and (abs(new) >= s.top or s.coarse < COARSE)
+        if abs(new) >= s.range if s.range > 0.0 else repeated:
+            s.flat_time[i] += dt
+        else:
+            s.flat_time[i] = 0.0
+            s.slope[1, i], s.slope[0, i] = s.slope[0, i], (new - rate[i]) / dt
+        if abs(new) < SMALLEST_RANGE:
+            s.coarse += 0.005 * ((1.0 if new == rate[i] else 0.0) - s.coarse)
         s.slow_rate[i] += gain * (new - s.slow_rate[i])
         deviation += (new - s.slow_rate[i]) ** 2
     s.top = max(s.top, largest)
@@ -175,11 +226,17 @@ def integrate(s, par, w, t, x, y, z, bridged):
     rate[0], rate[1], rate[2] = x, y, z
     if s.phase <= 0:
         return
-    frozen = s.repeat_time > FREEZE_TIME and s.force_deviation > par.rest_acceleration**2
+    turning2 = (x - s.bias[0]) ** 2 + (y - s.bias[1]) ** 2 + (z - s.bias[2]) ** 2
+    moves = s.force_deviation > par.rest_acceleration**2 or turning2 > par.rest_rate**2
+    frozen = s.repeat_time > FREEZE_TIME and moves
     if frozen:
         s.faults[FROZEN] += 1
         mx, my, mz = s.bias[0], s.bias[1], s.bias[2]
     wx, wy, wz = (mx - s.bias[0]) * dt, (my - s.bias[1]) * dt, (mz - s.bias[2]) * dt
+    if s.flat_time[0] + s.flat_time[1] + s.flat_time[2] > 0.0 and not gap:
+        wx += beyond_range(s, 0, x, dt) * dt
+        wy += beyond_range(s, 1, y, dt) * dt
+        wz += beyond_range(s, 2, z, dt) * dt
     q = s.orientation
     a, b, c, d = from_rotation_vector(wx, wy, wz)
     a, b, c, d = product(q[0], q[1], q[2], q[3], a, b, c, d)
@@ -208,10 +265,11 @@ def integrate(s, par, w, t, x, y, z, bridged):
         for i in range(3):
             s.lost[i, i] += min(lost, UNKNOWN)
     for i in range(3):
-        if s.flat_time[i] > 1.5 * dt or (s.range > 0.0 and s.flat_time[i] > 0.0):
+        if s.flat_time[i] > FLAT_STEPS * dt or (s.range > 0.0 and s.flat_time[i] > 0.0):
             s.faults[CLIPPED] += 1
-            before = s.flat_time[i] - dt if s.flat_time[i] > 2.5 * dt else 0.0
-            excess2 = (CLIP_EXCESS * largest) ** 2 * (s.flat_time[i] ** 2 - before**2)
+            before = s.flat_time[i] - dt if s.flat_time[i] > (FLAT_STEPS + 1.0) * dt else 0.0
+            most2 = (CLIP_EXCESS * largest) ** 2 * (s.flat_time[i] ** 2 - before**2)
+            excess2 = min(most2, s.slope[1, i] ** 2 / 36.0 * (s.flat_time[i] ** 4 - before**4))
             for j in range(3):
                 for k in range(3):
                     s.lost[j, k] += rotation[j, i] * rotation[k, i] * excess2
@@ -236,6 +294,8 @@ def accelerate(s, par, w, t, x, y, z):
     if s.blank > 0:
         s.blank = 0
         rotate_by(s, par, w, s.blank_time, 0.0, 0.0, 0.0)
+    if repeating(s):
+        return
     force = s.force
     if s.phase <= 0 or math.isnan(s.last[1]):
         s.phase = abs(s.phase)
@@ -273,8 +333,7 @@ def push(s, par, t, x, y, z):
     if s.force_deviation > par.rest_acceleration**2:
         s.quiet_time = 0.0
         s.resting = 0
-    p = s.covariance
-    if p[0, 0] + p[1, 1] + s.lost[0, 0] + s.lost[1, 1] > LOST_TILT:
+    if s.lost[0, 0] + s.lost[1, 1] > LOST_TILT:
         begin(s, par, force)
         s.faults[RESTARTS] += 1
         s.restarted = 1
@@ -293,7 +352,6 @@ def push(s, par, t, x, y, z):
     s.impulse[2] += (wz - par.gravity) * dt
     s.velocity[0] += wx * dt
     s.velocity[1] += wy * dt
-    s.velocity[2] += (wz - par.gravity) * dt
     s.shake += max(0.0, x * x + y * y + z * z - par.gravity**2) * dt
     s.force_time += dt
     if clipped:
@@ -357,14 +415,16 @@ def readout(s, par, q, c, extra):
         extra[2, 2] += par.gyroscope_scale_error**2 * turned2
     if s.field_weight > 0.0:
         extra[2, 2] += (NORTH_SHARE * par.magnetometer_error) ** 2
-    root = math.sqrt(
-        max(s.level, LEVEL_FLOOR, SURPRISE_SHARE * min(s.surprise, MAXIMAL_RATIO), min(s.contradiction - 2.0, 4.0))
-    )
+    root = math.sqrt(max(s.level, LEVEL_FLOOR, min(s.surprise, MAXIMAL_SURPRISE)))
     for i in range(3):
         for j in range(3):
             factor = (root if i < 2 else 1.0) * (root if j < 2 else 1.0)
             c[i, j] = factor * s.covariance[i, j] + s.lost[i, j] + extra[i, j]
         c[i, i] += s.doubt[0] if i < 2 else s.doubt[1] + s.unknown_heading
+    unseen = s.now - s.last[0]
+    if unseen > 2.0 * s.usual_step:
+        for i in range(3):
+            c[i, i] += gap_variance(unseen, (s.rate[0] ** 2 + s.rate[1] ** 2 + s.rate[2] ** 2))
 
 
 @compiled()

@@ -16,10 +16,11 @@ from bingham.kernels.quaternion import from_rotation_vector, product
 
 __all__ = ["SIZE", "STATE", "WORK", "begin", "condition", "copy", "correct", "predict", "rotation_matrix", "update"]
 
-THETA, VELOCITY, BIAS, FORCE_BIAS, SIZE = 0, 3, 6, 9, 12
+THETA, VELOCITY, BIAS, FORCE_BIAS, SIZE = 0, 3, 5, 8, 11
+RECENT = 1024  # rates kept to recognise repeated blocks
 STATE = np.dtype([
     # The estimate: unit quaternion, m/s, rad/s, m/s²; covariance of the errors.
-    ("orientation", "f8", 4), ("velocity", "f8", 3), ("bias", "f8", 3), ("force_bias", "f8", 3),
+    ("orientation", "f8", 4), ("velocity", "f8", 2), ("bias", "f8", 3), ("force_bias", "f8", 3),
     ("covariance", "f8", (SIZE, SIZE)),
     # 0 before the start, −1 prepared for the first accelerometer sample, −2 for the first orientation, 1 running;
     # seconds since the first sample; times of the last one of gyroscope, accelerometer, magnetometer, orientations.
@@ -35,10 +36,14 @@ STATE = np.dtype([
     ("rate", "f8", 3), ("force", "f8", 3), ("last_field", "f8", 3), ("held_rate", "f8", 3), ("held_force", "f8", 3),
     ("held", "i8", 2), ("held_time", "f8", 2), ("blank", "i8"), ("blank_time", "f8"), ("usual_jump", "f8", 2),
     ("usual_step", "f8"), ("usual_field", "f8"), ("range", "f8"), ("top", "f8"), ("flat_time", "f8", 3),
+    ("slope", "f8", (2, 3)), ("coarse", "f8"),
     ("repeat_time", "f8"),
+    # The latest rates, each as one number, and the place where a number was last seen; how many came; by how many a
+    # repetition lags, and its length so far; the time now.
+    ("recent", "f8", RECENT), ("place", "i8", RECENT), ("count", "i8"), ("lag", "i8"), ("matched", "i8"), ("now", "f8"),
     # What was done about faults: samples rejected of gyroscope, accelerometer, magnetometer; rows of zeros; samples of
-    # a clipping and of a frozen gyroscope; gaps; restarts; contradictions; orientations rejected.
-    ("faults", "i8", 10),
+    # a clipping and of a frozen gyroscope, repeated ones; gaps; restarts; contradictions; orientations rejected.
+    ("faults", "i8", 11),
     # Motion: means over 0.5 s, s of quiet, rest; slow parts of force, swing and rate; variance of the velocity.
     ("slow_rate", "f8", 3), ("slow_force", "f8", 3), ("force_deviation", "f8"), ("quiet_time", "f8"), ("resting", "i8"),
     ("rest_seen", "i8"), ("rest_refused", "f8"), ("mean_force", "f8", 3), ("swing", "f8", 3), ("slow_swing", "f8", 3),
@@ -71,6 +76,7 @@ WORK = np.dtype([
 ], align=True)  # fmt: skip
 
 ABSENT, USED, STRENGTH, DIP, HEADING, REPEATED, PENDING, EARLY, ABSURD = range(9)
+CONTRADICTIONS = 9  # their place among the faults
 LOG_2PI = math.log(2.0 * math.pi)
 UNKNOWN = 20.0  # rad², the variance of an unknown angle: nothing is left of it modulo a turn
 
@@ -155,16 +161,18 @@ def begin(s, par, f):
     tilt2 = FIRST_TILT**2 + (excess / par.gravity) ** 2
     swing2 = FIRST_SWING**2 + (SWING_PERIOD * excess) ** 2
     heading = min(UNKNOWN, p[2, 2] + s.lost[2, 2])
-    for i in range(6):
+    swing2 = max(swing2, s.swing_power)
+    for i in range(BIAS):
         for j in range(SIZE):
             p[i, j] = 0.0
             p[j, i] = 0.0
     for i in range(3):
         p[i, i] = min(tilt2, 1.0) if i < 2 else heading
-        p[3 + i, 3 + i] = swing2
-        p[6 + i, 6 + i] = min(p[6 + i, 6 + i] + s.lost_bias, par.gyroscope_wide_bias**2)
-        s.velocity[i] = 0.0
+        p[BIAS + i, BIAS + i] = min(p[BIAS + i, BIAS + i] + s.lost_bias, par.gyroscope_wide_bias**2)
         s.mean_force[i] = s.swing[i] = s.slow_swing[i] = 0.0
+    for i in range(2):
+        p[VELOCITY + i, VELOCITY + i] = swing2
+        s.velocity[i] = 0.0
     s.swing_power = swing2
     s.drift[:] = 0.0
     s.drift_expected = 0.0
@@ -186,17 +194,15 @@ def clear(s):
 def transition(s, par, F):
     """Write F: θ ← θ − C b; v ← v + g dt (θ × up) + K b − C a, with C = ∫R dt and K = −v × C − g dt (up × C)/2."""
     fall = par.gravity * s.elapsed
-    vx, vy, vz = s.velocity[0], s.velocity[1], s.velocity[2]
     for i in range(SIZE):
         for j in range(SIZE):
             F[i, j] = 1.0 if i == j else 0.0
     for j in range(3):
         x, y, z = s.turn[0, j], s.turn[1, j], s.turn[2, j]
-        F[0, 6 + j], F[1, 6 + j], F[2, 6 + j] = -x, -y, -z
-        F[3, 6 + j] = -(vy * z - vz * y) - 0.5 * fall * y
-        F[4, 6 + j] = -(vz * x - vx * z) + 0.5 * fall * x
-        F[5, 6 + j] = -(vx * y - vy * x)
-        F[3, 9 + j], F[4, 9 + j], F[5, 9 + j] = -x, -y, -z
+        F[0, BIAS + j], F[1, BIAS + j], F[2, BIAS + j] = -x, -y, -z
+        F[3, BIAS + j] = -s.velocity[1] * z - 0.5 * fall * y
+        F[4, BIAS + j] = s.velocity[0] * z + 0.5 * fall * x
+        F[3, FORCE_BIAS + j], F[4, FORCE_BIAS + j] = -x, -y
     F[3, 1] = fall
     F[4, 0] = -fall
 
@@ -217,9 +223,9 @@ def process_noise(s, par, Q):
         for j in range(3):
             Q[i, j] = s.lost[i, j]
         Q[i, i] += s.seen_noise * theta * (s.noise if i < 2 else 1.0)
-        Q[3 + i, 3 + i] = velocity
-        Q[6 + i, 6 + i] = par.gyroscope_bias_walk**2 * dt + s.lost_bias
-        Q[9 + i, 9 + i] = 1e-8 * dt
+        Q[BIAS + i, BIAS + i] = par.gyroscope_bias_walk**2 * dt + s.lost_bias
+        Q[FORCE_BIAS + i, FORCE_BIAS + i] = 1e-8 * dt
+    Q[3, 3] = Q[4, 4] = velocity
 
 
 @compiled()
@@ -254,7 +260,7 @@ def predict(s, w):
             p[i, j] = total
             p[j, i] = total
     for i in range(n):  # an unknown angle or speed does not grow for ever
-        most = UNKNOWN if i < 3 else 1e4 if i < 6 else 1.0
+        most = UNKNOWN if i < VELOCITY else 1e4 if i < BIAS else 1.0
         if p[i, i] > most:
             root = math.sqrt(most / p[i, i])
             for j in range(n):
@@ -297,13 +303,13 @@ def condition(p, w, innovation, variance):
 def correct(s, x):
     """Move the state by the estimated error x (12,)."""
     rotate_left(s.orientation, x[0], x[1], x[2])
-    vx, vy, vz = s.velocity[0], s.velocity[1], s.velocity[2]
-    s.velocity[0] += x[1] * vz - x[2] * vy + x[3]
-    s.velocity[1] += x[2] * vx - x[0] * vz + x[4]
-    s.velocity[2] += x[0] * vy - x[1] * vx + x[5]
+    vx, vy = s.velocity[0], s.velocity[1]
+    s.velocity[0] += x[3] - x[2] * vy
+    s.velocity[1] += x[4] + x[2] * vx
     for i in range(3):
-        s.bias[i] = min(max(s.bias[i] + x[6 + i], -MAXIMAL_BIAS), MAXIMAL_BIAS)
-        s.force_bias[i] = min(max(s.force_bias[i] + x[9 + i], -MAXIMAL_FORCE_BIAS), MAXIMAL_FORCE_BIAS)
+        s.bias[i] = min(max(s.bias[i] + x[BIAS + i], -MAXIMAL_BIAS), MAXIMAL_BIAS)
+        change = x[FORCE_BIAS + i]
+        s.force_bias[i] = min(max(s.force_bias[i] + change, -MAXIMAL_FORCE_BIAS), MAXIMAL_FORCE_BIAS)
 
 
 @compiled()
@@ -338,7 +344,7 @@ def rest_is_believed(s, par, dt):
         residual = s.raw_rotated[i] / dt - s.bias[i]
         if abs(s.raw_rotated[i]) > MAXIMAL_BIAS * dt:
             return False
-        if residual * residual > LIMIT * (s.covariance[6 + i, 6 + i] + par.rest_rate_error**2):
+        if residual * residual > LIMIT * (s.covariance[BIAS + i, BIAS + i] + par.rest_rate_error**2):
             contradicted = True
     if not contradicted:
         s.rest_refused = 0.0
@@ -384,18 +390,18 @@ def update(s, par, w):
         # A velocity of 0, give or take the typical speed, once in twice its correlation time.
         variance = REST_SPEED**2 / span if at_rest else 2.0 * SWING_TIME * speed2 / span
         w.moves[2] = 0.0  # an accelerometer knows nothing about heading
-        for i in range(3):
-            h[3 + i] = 1.0
-            s.evidence += condition(p, w, -s.velocity[i] - x[3 + i], variance)
-            h[3 + i] = 0.0
+        for i in range(2):
+            h[VELOCITY + i] = 1.0
+            s.evidence += condition(p, w, -s.velocity[i] - x[VELOCITY + i], variance)
+            h[VELOCITY + i] = 0.0
         w.moves[2] = 1.0
     if at_rest and not watched:
         s.rest_seen = 1
         for i in range(3):
-            h[6 + i] = 1.0
-            innovation = s.raw_rotated[i] / dt - s.bias[i] - x[6 + i]
+            h[BIAS + i] = 1.0
+            innovation = s.raw_rotated[i] / dt - s.bias[i] - x[BIAS + i]
             s.evidence += condition(p, w, innovation, 0.3 * par.rest_rate_error**2 / dt)
-            h[6 + i] = 0.0
+            h[BIAS + i] = 0.0
     if s.field_count > 0.0:
         s.evidence += heading_update(s, par, w)
     if s.force_time > 0.0:
@@ -414,10 +420,10 @@ def update(s, par, w):
 def forget_velocity(p, par):
     """Make the velocity error unknown and independent: without forces it says nothing about the tilt."""
     n = p.shape[0]
-    for i in range(3, 6):
+    for i in range(VELOCITY, BIAS):
         for j in range(n):
             p[i, j] = p[j, i] = 0.0
-    for i in range(3, 6):
+    for i in range(VELOCITY, BIAS):
         p[i, i] = 1.0 + par.slow_velocity**2
 
 
@@ -435,7 +441,7 @@ def tilt_consistency(s, par, speed2, dt):
             s.lost[2, 2] += 0.25
             s.lost_bias += par.gyroscope_wide_bias**2
         s.contradiction = 0.0
-        s.faults[8] += 1
+        s.faults[CONTRADICTIONS] += 1
 
 
 @compiled()
@@ -537,7 +543,7 @@ def heading_update(s, par, w):
     move = math.atan2(math.sin(residual), concentration * variance + math.cos(residual))
     w.h[0], w.h[1], w.h[2] = hx, hy, 1.0
     for i in range(SIZE):
-        w.moves[i] = 1.0 if i == 2 or 6 <= i < 9 else 0.0
+        w.moves[i] = 1.0 if i == 2 or BIAS <= i < FORCE_BIAS else 0.0
     evidence = condition(p, w, move * (predicted + variance) / predicted, variance)
     w.h[0] = w.h[1] = w.h[2] = 0.0
     for i in range(SIZE):

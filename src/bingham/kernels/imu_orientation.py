@@ -11,13 +11,13 @@ import math
 
 from bingham.kernels.compile import compiled
 from bingham.kernels.gap import LONG_GAP, gap_variance, is_gap
-from bingham.kernels.imu_model import SIZE, condition, copy, correct, rotate_left, rotation_matrix, update
+from bingham.kernels.imu_model import BIAS, FORCE_BIAS, SIZE, condition, copy, correct, rotate_left, rotation_matrix, update
 from bingham.kernels.quaternion import from_rotation_vector, product
 
 __all__ = ["NO_ORIENTATION", "ORIENTATION_REJECTED", "ORIENTATION_USED", "ORIENTATION_WAITS", "advance", "observe"]
 
 NO_ORIENTATION, ORIENTATION_USED, ORIENTATION_REJECTED, ORIENTATION_WAITS = range(4)
-ORIENTATION_FAULT = 9  # its place in the state's `faults`
+ORIENTATION_FAULT = 10  # its place in the state's `faults`
 ORIENTATION_LIMIT = 16.27  # χ² of three degrees of freedom: one regular measurement in a thousand is rejected
 AGREEING = 3  # rejected measurements that agree with one another and so contradict the estimate
 AGREEING_AT_START = 2  # the same as long as the estimate rests on one measurement
@@ -171,7 +171,7 @@ def orient(s, par, w):
     s.seen = 0
     carry(s, par.gyroscope_delay)
     if s.seen_count == 0 and s.rest_seen == 0:  # the prior of the bias is for what shows it only in motion
-        for i in range(6, 9):
+        for i in range(BIAS, FORCE_BIAS):
             p[i, i] += par.gyroscope_wide_bias**2
     p[2, 2] += s.unknown_heading
     s.unknown_heading = 0.0
@@ -221,7 +221,7 @@ def orient(s, par, w):
         size2 = r[0] * r[0] + r[1] * r[1] + r[2] * r[2]
         for i in range(3):
             p[i, i] += size2
-            p[6 + i, 6 + i] += par.gyroscope_wide_bias**2
+            p[BIAS + i, BIAS + i] += par.gyroscope_wide_bias**2
     known_tilt, known_heading = p[0, 0] + p[1, 1] < KNOWN, p[2, 2] < KNOWN
     v0, v1, v2 = p[0, 0], p[1, 1], p[2, 2]
     for i in range(3):
