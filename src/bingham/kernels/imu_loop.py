@@ -45,8 +45,8 @@ USUAL_JUMPS = 10.0
 RETURN = 0.25
 SPIKE_STEP = 0.05  # s: of samples further apart none follows from the last
 GOOD, HELD, BACK, BOTH = range(4)
-FLAT_STEPS = 2.5  # steps without change that make a flat top
-COARSE = 0.01  # share of exact repetitions of a component beyond which they mean nothing
+# A flat top: a change of at least FLAT_SLOPE, rad/s², that becomes FLAT times as much for so many steps.
+FLAT_SLOPE, FLAT, FLAT_STEPS = 5.0, 0.02, 2.5
 ENOUGH_REPEATS = 5
 SMALLEST_RANGE = 2.0  # rad/s: no gyroscope ends at less than 125°/s = 2.2 rad/s
 CLIP_EXCESS = 0.8  # share of the range by which a clipped rate exceeds it at most
@@ -202,18 +202,16 @@ def integrate(s, par, w, t, x, y, z, bridged):
     for i in range(3):
         new = x if i == 0 else y if i == 1 else z
         change2 += (new - rate[i]) ** 2
-        # Flat tops: at the end of a range that is given, or exactly repeated, at the largest rate or where it is noisy.
-        repeated = new == rate[i] and abs(new) > SMALLEST_RANGE and (abs(new) >= s.top or s.coarse < COARSE)
-        if abs(new) >= s.range if s.range > 0.0 else repeated:
+        # Flat tops: at the end of a range that is given, or where a fast change stops at once.
+        slope = s.slope[1, i] if new > 0.0 else -s.slope[1, i]
+        stopped = slope > FLAT_SLOPE and abs(new) > SMALLEST_RANGE and abs(new - rate[i]) < FLAT * slope * dt
+        if abs(new) >= s.range if s.range > 0.0 else stopped:
             s.flat_time[i] += dt
         else:
             s.flat_time[i] = 0.0
             s.slope[1, i], s.slope[0, i] = s.slope[0, i], (new - rate[i]) / dt
-        if abs(new) < SMALLEST_RANGE:
-            s.coarse += 0.005 * ((1.0 if new == rate[i] else 0.0) - s.coarse)
         s.slow_rate[i] += gain * (new - s.slow_rate[i])
         deviation += (new - s.slow_rate[i]) ** 2
-    s.top = max(s.top, largest)
     s.repeat_time = s.repeat_time + dt if repeats else 0.0
     gap = is_gap(dt, s.usual_step)
     s.usual_step = usual_step(s.usual_step, dt)
