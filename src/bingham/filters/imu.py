@@ -236,7 +236,7 @@ class ImuFilter:
         state = ImuState.zeros()
         record = state.record
         record["last"] = np.nan
-        record["noise"] = record["seen_noise"] = record["level"] = 1.0
+        record["noise"] = record["seen_noise"] = record["level"] = record["coarse"] = 1.0
         record["range"] = 0.99 * self.gyroscope_range
         p = record["covariance"]
         p[range(5, 8), range(5, 8)] = self.gyroscope_bias**2

@@ -16,7 +16,6 @@ from bingham.kernels.imu_model import (
     ABSURD,
     BIAS,
     EARLY,
-    MAXIMAL_RATIO,
     PENDING,
     RECENT,
     REPEATED,
@@ -45,8 +44,8 @@ USUAL_JUMPS = 10.0
 RETURN = 0.25
 SPIKE_STEP = 0.05  # s: of samples further apart none follows from the last
 GOOD, HELD, BACK, BOTH = range(4)
-# A flat top: a change of at least FLAT_SLOPE, rad/s², that becomes FLAT times as much for so many steps.
-FLAT_SLOPE, FLAT, FLAT_STEPS = 5.0, 0.02, 2.5
+FLAT_STEPS = 2.5  # steps without change that make a flat top
+COARSE, COARSE_GAIN = 0.01, 0.005  # share of exact repetitions of a component beyond which they mean nothing; its mean
 ENOUGH_REPEATS = 5
 SMALLEST_RANGE = 2.0  # rad/s: no gyroscope ends at less than 125°/s = 2.2 rad/s
 CLIP_EXCESS = 0.8  # share of the range by which a clipped rate exceeds it at most
@@ -119,7 +118,7 @@ def repeating(s):
 def repeats(s, x, y, z):
     """Whether the rates now coming are, one by one, those of a moment before: a block sent twice.
 
-    Noise repeats no number by chance, and what is quantised coarsely does not do so for `ENOUGH_REPEATS` rates of a moving body.
+    Noise repeats no number by chance; coarse numbers do, but not `ENOUGH_REPEATS` in a row where a body moves.
     """
     key = 0.8414709848 * x + 0.5403023059 * y + 0.9092974268 * z
     spread = abs(key) * 43758.5453
@@ -176,6 +175,16 @@ def rotate_by(s, par, w, t, x, y, z):
 
 
 @compiled(inline=True)
+def explained(s):
+    """Whether the last force changed as the rate has it, by −ω × f: a steady turn without noise, not a frozen sensor."""
+    x, y, z = s.rate[0] - s.bias[0], s.rate[1] - s.bias[1], s.rate[2] - s.bias[2]
+    f, change = s.force, s.force_change
+    a, b, c = y * f[2] - z * f[1], z * f[0] - x * f[2], x * f[1] - y * f[0]
+    left2 = (change[0] + a) ** 2 + (change[1] + b) ** 2 + (change[2] + c) ** 2
+    return left2 < 0.25 * (a * a + b * b + c * c)
+
+
+@compiled(inline=True)
 def beyond_range(s, i, value, dt):
     """By how much the rate of axis i is likely to exceed its flat top, from the slope with which it came there.
 
@@ -202,16 +211,19 @@ def integrate(s, par, w, t, x, y, z, bridged):
     for i in range(3):
         new = x if i == 0 else y if i == 1 else z
         change2 += (new - rate[i]) ** 2
-        # Flat tops: at the end of a range that is given, or where a fast change stops at once.
-        slope = s.slope[1, i] if new > 0.0 else -s.slope[1, i]
-        stopped = slope > FLAT_SLOPE and abs(new) > SMALLEST_RANGE and abs(new - rate[i]) < FLAT * slope * dt
-        if abs(new) >= s.range if s.range > 0.0 else stopped:
+        # Flat tops: at the end of a range that is given, or exactly repeated while other axes move, at the largest rate
+        # or where noise repeats nothing.
+        same = new == rate[i] and not repeats and abs(new) > SMALLEST_RANGE and (abs(new) >= s.top or s.coarse < COARSE)
+        if abs(new) >= s.range if s.range > 0.0 else same:
             s.flat_time[i] += dt
         else:
             s.flat_time[i] = 0.0
             s.slope[1, i], s.slope[0, i] = s.slope[0, i], (new - rate[i]) / dt
+        if abs(new) < SMALLEST_RANGE:
+            s.coarse += COARSE_GAIN * ((1.0 if new == rate[i] else 0.0) - s.coarse)
         s.slow_rate[i] += gain * (new - s.slow_rate[i])
         deviation += (new - s.slow_rate[i]) ** 2
+    s.top = max(s.top, largest)
     s.repeat_time = s.repeat_time + dt if repeats else 0.0
     gap = is_gap(dt, s.usual_step)
     s.usual_step = usual_step(s.usual_step, dt)
@@ -224,9 +236,7 @@ def integrate(s, par, w, t, x, y, z, bridged):
     rate[0], rate[1], rate[2] = x, y, z
     if s.phase <= 0:
         return
-    turning2 = (x - s.bias[0]) ** 2 + (y - s.bias[1]) ** 2 + (z - s.bias[2]) ** 2
-    moves = s.force_deviation > par.rest_acceleration**2 or turning2 > par.rest_rate**2
-    frozen = s.repeat_time > FREEZE_TIME and moves
+    frozen = s.repeat_time > FREEZE_TIME and s.force_deviation > par.rest_acceleration**2 and not explained(s)
     if frozen:
         s.faults[FROZEN] += 1
         mx, my, mz = s.bias[0], s.bias[1], s.bias[2]
@@ -325,6 +335,7 @@ def push(s, par, t, x, y, z):
     for i in range(3):
         f = x if i == 0 else y if i == 1 else z
         clipped = clipped or (f == force[i] and at_range_end(abs(f)))
+        s.force_change[i] = (f - force[i]) / dt
         force[i] = f
         s.slow_force[i] += gain * (f - s.slow_force[i])
         s.force_deviation += (f - s.slow_force[i]) ** 2

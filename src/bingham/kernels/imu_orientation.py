@@ -11,7 +11,17 @@ import math
 
 from bingham.kernels.compile import compiled
 from bingham.kernels.gap import LONG_GAP, gap_variance, is_gap
-from bingham.kernels.imu_model import BIAS, FORCE_BIAS, SIZE, condition, copy, correct, rotate_left, rotation_matrix, update
+from bingham.kernels.imu_model import (
+    BIAS,
+    FORCE_BIAS,
+    SIZE,
+    condition,
+    copy,
+    correct,
+    rotate_left,
+    rotation_matrix,
+    update,
+)
 from bingham.kernels.quaternion import from_rotation_vector, product
 
 __all__ = ["NO_ORIENTATION", "ORIENTATION_REJECTED", "ORIENTATION_USED", "ORIENTATION_WAITS", "advance", "observe"]
