@@ -315,6 +315,47 @@ def test_rows_of_zeros_in_both_sensors_are_no_samples():
     np.testing.assert_allclose(padded.modes[left], ImuFilter().run(cut).modes, atol=1e-12)
 
 
+def test_what_is_reported_grows_while_rows_are_zeros():
+    r = tumbling(20.0)
+    rate, force = np.array(r.gyroscope), np.array(r.accelerometer)
+    rate[800:1000] = force[800:1000] = 0.0
+    with pytest.warns(RecordingWarning, match="rows of zeros"):
+        track = ImuFilter(gyroscope_delay=0.0).run(replace(r, gyroscope=rate, accelerometer=force))
+    assert np.all(np.diff(track.inclination_std[810:990]) >= 0.0)
+    assert np.all(tilt_error(track, r) < 3.0 * track.inclination_std)
+
+
+def tilt_error(track, r):
+    e = compose(track.modes, conjugate(r.reference))
+    return 2.0 * np.arccos(np.clip(np.hypot(e[:, 0], e[:, 3]), 0, 1))
+
+
+def test_a_block_sent_twice_is_a_gap():
+    r = tumbling(20.0)
+    rows = [np.array(a) for a in (r.gyroscope, r.accelerometer, r.magnetometer)]
+    for a in rows:
+        a[900:1000] = a[800:900]
+    with pytest.warns(RecordingWarning, match="96 repeated gyroscope samples"):
+        track = ImuFilter(gyroscope_delay=0.0).run(ImuRecording("twice", r.time, *rows))
+    error = tilt_error(track, r)
+    assert np.mean(error > 3.0 * track.inclination_std) < 0.01
+    assert np.rad2deg(error[1300:].max()) < 2.0
+    assert ImuFilter().run(r).final.faults["repeated gyroscope samples"] == 0
+
+
+@pytest.mark.parametrize("axis", [0, 2])
+def test_a_steady_turn_without_noise_is_no_frozen_gyroscope(axis):
+    t = np.arange(1000) / 100
+    turn = np.zeros((1000, 3))
+    turn[:, axis] = 3.0 * t
+    q = from_rotation_vector(turn)
+    rate = np.zeros((1000, 3))
+    rate[:, axis] = 3.0
+    track = ImuFilter(gyroscope_delay=0.0).run(ImuRecording("turn", t, rate, rotate(conjugate(q), GRAVITY)))
+    assert track.final.faults["frozen gyroscope samples"] == 0
+    assert np.linalg.norm(to_rotation_vector(compose(track.modes, conjugate(q))), axis=1).max() < 1e-3
+
+
 def test_the_mounting_counts_in_what_is_reported_only():
     r = still(30.0)
     loose, firm = (ImuFilter(alignment_error=a).run(r) for a in (0.01, 0.0))

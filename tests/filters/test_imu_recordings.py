@@ -60,15 +60,15 @@ def baseline(folder_name, method):
 def test_broad_online(broad):
     tracks = [ImuFilter().run(r) for r in broad]
     total, inclination, heading = np.mean([summary(t, r) for t, r in zip(tracks, broad, strict=True)], axis=0)
-    assert total <= 2.1
-    assert inclination <= 0.70
-    assert heading <= 1.15
+    assert total <= 1.95
+    assert inclination <= 0.65
+    assert heading <= 1.1
 
 
 def test_broad_smoothed(broad):
     total, inclination, _ = np.mean([summary(ImuFilter().smooth(r), r) for r in broad], axis=0)
-    assert total <= 2.1
-    assert inclination <= 0.53
+    assert total <= 1.6
+    assert inclination <= 0.43
 
 
 def truthfulness(track, recording):
@@ -88,12 +88,12 @@ def undisturbed(recordings):
 
 
 def test_reported_inclination_is_truthful(broad):
-    """Never sure by more than 1.6 of what is wrong; wider than needed where the motion contradicts for a while."""
+    """Never sure by more than 1.4 of what is wrong; wider than needed where the motion contradicts for a while."""
     reported = np.array([truthfulness(ImuFilter().run(r), r) for r in broad])
     assert 0.6 <= np.median(reported[:, 0]) <= 1.3
-    assert reported[:, 0].max() <= 1.6, reported
+    assert reported[:, 0].max() <= 1.4, reported
     assert 0.90 <= reported[:, 1].mean() <= 0.99
-    assert reported[:, 1].min() >= 0.65
+    assert reported[:, 1].min() >= 0.80
 
 
 def test_reported_inclination_survives_a_wrong_noise(broad):
@@ -110,7 +110,7 @@ def test_reported_inclination_survives_a_wrong_noise(broad):
 def test_smoothed_inclination_is_truthful(broad):
     reported = np.array([truthfulness(ImuFilter().smooth(r), r) for r in broad])
     assert 0.6 <= np.median(reported[:, 0]) <= 1.3
-    assert reported[:, 0].max() <= 1.3, reported
+    assert reported[:, 0].max() <= 1.2, reported
     assert 0.90 <= reported[:, 1].mean() <= 0.99
 
 
@@ -160,12 +160,12 @@ def test_a_filter_with_a_reversed_gyroscope_is_seen_to_diverge():
 def test_six_axes_on_a_hand_held_rig():
     """VQF 2.1 on the same file: inclination 0.853°, standard deviation of the heading error 0.445°.
 
-    The heading is worse than VQF's by a little: an offset of this accelerometer is larger than most.
+    The heading is on a par with VQF's: an offset of this accelerometer is larger than most.
     """
     r = load(DATA / "tumvi" / "room4.npz")
     _, inclination, heading = summary(ImuFilter().run(r), r)
     assert inclination <= 0.77
-    assert heading <= 0.55
+    assert heading <= 0.50
 
 
 @pytest.mark.skipif(not (DATA / "imu_sets").is_dir(), reason="the recordings of other sensors are not there")

@@ -278,7 +278,7 @@ class ImuFilter:
         """Estimate every orientation from the whole recording: `run`, then backwards.
 
         Rauch, Tung & Striebel's recursion on the error state, at the filter's updates and interpolated between. Keeps
-        about 1.4 kB for each update (50 a second). As in `run`, orientations before the first accelerometer sample are
+        about 3 kB for each update (12.5 a second). As in `run`, orientations before the first accelerometer sample are
         NaN.
         """
         return self._run(recording, prior, None, smooth=True)

@@ -176,7 +176,7 @@ def rotate_by(s, par, w, t, x, y, z):
 
 @compiled(inline=True)
 def explained(s):
-    """Whether the last force changed as the rate has it, by −ω × f: a steady turn without noise, not a frozen sensor."""
+    """Whether the last force changed as the rate has it, by −ω × f: a steady turn without noise, no fault."""
     x, y, z = s.rate[0] - s.bias[0], s.rate[1] - s.bias[1], s.rate[2] - s.bias[2]
     f, change = s.force, s.force_change
     a, b, c = y * f[2] - z * f[1], z * f[0] - x * f[2], x * f[1] - y * f[0]

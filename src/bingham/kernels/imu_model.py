@@ -1,6 +1,6 @@
 """The inertial filter's model: state, transition F, noise Q, measurements H (derived in docs/theory/inertial.rst).
 
-Errors e, in order: θ (world axes, R_true = Exp(θ) R), v (velocity, world), b (gyroscope bias, body) and a
+Errors e, in order: θ (world axes, R_true = Exp(θ) R), v (horizontal velocity, world), b (gyroscope bias, body) and a
 (accelerometer bias, body); v_true = Exp(θ) v + δv is the right-invariant error of Barrau & Bonnabel (IEEE
 Trans. Autom. Control 62(4), 2017), whose dynamics do not depend on heading: an unknown one leaves the tilt alone.
 """
@@ -34,10 +34,9 @@ STATE = np.dtype([
     ("lost", "f8", (3, 3)), ("lost_velocity", "f8"), ("lost_bias", "f8"), ("restarted", "i8"),
     # Last samples, those held back as implausible, usual steps between samples, see `imu_loop`.
     ("rate", "f8", 3), ("force", "f8", 3), ("last_field", "f8", 3), ("held_rate", "f8", 3), ("held_force", "f8", 3),
-    ("held", "i8", 2), ("held_time", "f8", 2), ("force_change", "f8", 3), ("blank", "i8"), ("blank_time", "f8"), ("usual_jump", "f8", 2),
-    ("usual_step", "f8"), ("usual_field", "f8"), ("range", "f8"), ("top", "f8"), ("flat_time", "f8", 3),
-    ("slope", "f8", (2, 3)), ("coarse", "f8"),
-    ("repeat_time", "f8"),
+    ("held", "i8", 2), ("held_time", "f8", 2), ("force_change", "f8", 3), ("blank", "i8"), ("blank_time", "f8"),
+    ("usual_jump", "f8", 2), ("usual_step", "f8"), ("usual_field", "f8"), ("range", "f8"), ("top", "f8"),
+    ("flat_time", "f8", 3), ("slope", "f8", (2, 3)), ("coarse", "f8"), ("repeat_time", "f8"),
     # The latest rates, each as one number, and the place where a number was last seen; how many came; by how many a
     # repetition lags, and its length so far; the time now.
     ("recent", "f8", RECENT), ("place", "i8", RECENT), ("count", "i8"), ("lag", "i8"), ("matched", "i8"), ("now", "f8"),
