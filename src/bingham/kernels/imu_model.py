@@ -191,7 +191,7 @@ def clear(s):
 
 @compiled()
 def transition(s, par, F):
-    """Write F: θ ← θ − C b; v ← v + g dt (θ × up) + K b − C a, with C = ∫R dt and K = −v × C − g dt (up × C)/2."""
+    """Write F: θ ← θ − C b; v ← v + g dt (θ × up) + K b − C a, with C = ∫R dt and K = −v × C + g dt (up × C)/2."""
     fall = par.gravity * s.elapsed
     for i in range(SIZE):
         for j in range(SIZE):
