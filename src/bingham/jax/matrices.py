@@ -13,7 +13,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from bingham.errors import InvalidArgumentError
-from bingham.jax.normalizer import derivatives, in_double, log_normalizer_and_moments
+from bingham.jax.normalizer import derivatives, in_double
 
 __all__ = ["eigenframe", "logpdf", "matrix_log_normalizer", "matrix_moment", "negative_log_likelihood", "pdf"]
 
@@ -82,11 +82,7 @@ def _checked(a: Any) -> Any:
 
 @jax.custom_jvp
 def _first(a: Any) -> Any:
-    def values(a: Any) -> Any:
-        log_f, s = _values(_first_axes(a, 2))
-        return log_f, _last_axes(s, 2)
-
-    return in_double(values)(a)
+    return in_double(_values)(a)
 
 
 @_first.defjvp
@@ -101,16 +97,13 @@ def _likelihood(a: Any, x: Any) -> Any:
     """Return log F(A) − uᵀAu and its gradients E[yyᵀ] − uuᵀ by A and −2 (A − uᵀAu) u/|x| by x."""
 
     def values(a: Any, x: Any) -> Any:
-        # Entry by entry, the batch along the vector unit.
-        batch = max(a.ndim - 2, x.ndim - 1)
-        a, x = _first_axes(a, 2, batch), _first_axes(x, 1, batch)
         log_f, s = _values(a)
-        length = jnp.sqrt(sum(xi * xi for xi in x))
+        length = jnp.sqrt((x * x).sum(-1, keepdims=True))
         u = x / length
-        image = sum(0.5 * (a[:, j] + a[j]) * u[j] for j in range(len(u)))
-        form = sum(image * u)
-        by_x = -2.0 * (image - form * u) / length
-        return log_f - form, _last_axes(s - u[:, None] * u, 2), _last_axes(by_x, 1)
+        image = (0.5 * (a + jnp.swapaxes(a, -1, -2)) * u[..., None, :]).sum(-1)
+        form = (image * u).sum(-1)
+        by_x = -2.0 * (image - form[..., None] * u) / length
+        return log_f - form, s - u[..., :, None] * u[..., None, :], by_x
 
     return in_double(values)(a, x)
 
@@ -135,30 +128,21 @@ def _(primals: Any, tangents: Any) -> Any:
     return (value, by_a, by_x), (change, _curvature(a, da) + outer, pulled)
 
 
-def _first_axes(t: Any, count: int, batch: int = 0) -> Any:
-    """Move the last `count` axes to the front, before at least `batch` axes."""
-    t = t.reshape((1,) * (batch + count - t.ndim) + t.shape)
-    return jnp.moveaxis(t, tuple(range(-count, 0)), tuple(range(count)))
-
-
-def _last_axes(t: Any, count: int) -> Any:
-    return jnp.moveaxis(t, tuple(range(count)), tuple(range(-count, 0)))
-
-
 def _values(a: Any) -> Any:
-    """Return log F(A) (...) and E[yyᵀ] (d, d, ...) of a (d, d, ...) in double precision."""
+    """Return log F(A) and E[yyᵀ] in double precision."""
     values, frames = eigenframe(a)
-    log_f, w = log_normalizer_and_moments(list(values))
-    return log_f, sum(w[k] * frames[k][:, None] * frames[k] for k in range(len(w)))
+    log_f, w = derivatives(jnp.moveaxis(values, 0, -1), 1)
+    moment = sum(w[..., k] * frames[k][:, None] * frames[k][None, :] for k in range(len(values)))
+    return log_f, jnp.moveaxis(moment, (0, 1), (-2, -1))
 
 
 def _curvature(a: Any, v: Any) -> Any:
     """Return the derivative of E[yyᵀ] along V; see `kernels.frames.curvature_rows`."""
 
     def compute(a: Any, v: Any) -> Any:
-        values, frames = eigenframe(_first_axes(a, 2))
-        _, w, hessian = derivatives(_last_axes(values, 1), 2)
-        frames = _last_axes(frames, 2)
+        values, frames = eigenframe(a)
+        _, w, hessian = derivatives(jnp.moveaxis(values, 0, -1), 2)
+        frames = jnp.moveaxis(frames, (0, 1), (-2, -1))
         inner = frames @ (0.5 * (v + jnp.swapaxes(v, -1, -2))) @ jnp.swapaxes(frames, -1, -2)
         on = (hessian * jnp.diagonal(inner, axis1=-2, axis2=-1)[..., None, :]).sum(-1)
         eye = jnp.eye(a.shape[-1])
@@ -169,12 +153,12 @@ def _curvature(a: Any, v: Any) -> Any:
 
 
 def eigenframe(a: Any) -> Any:
-    """Return eigenvalues (d, ...), in no order, and eigenvectors by rows (d, d, ...) of symmetric parts (d, d, ...)."""
-    a = jax.lax.stop_gradient(0.5 * (a + jnp.swapaxes(a, 0, 1)))
-    if len(a) == 4:
-        return _jacobi_4(a)
-    values, columns = jnp.linalg.eigh(_last_axes(a, 2))
-    return _first_axes(values, 1), jnp.swapaxes(_first_axes(columns, 2), 0, 1)
+    """Return eigenvalues (d, ...), in no order, and eigenvectors by rows (d, d, ...) of symmetric parts (..., d, d)."""
+    a = jax.lax.stop_gradient(0.5 * (a + jnp.swapaxes(a, -1, -2)))
+    if a.shape[-1] == 4:
+        return _jacobi_4(jnp.moveaxis(a, (-2, -1), (0, 1)))
+    values, columns = jnp.linalg.eigh(a)
+    return jnp.moveaxis(values, -1, 0), jnp.moveaxis(columns, (-1, -2), (0, 1))
 
 
 def _jacobi_4(b: Any) -> Any:
@@ -199,14 +183,13 @@ def _jacobi_4(b: Any) -> Any:
         h = jnp.where(h == 0.0, 1.0, h)
         n = 1.0 / jnp.sqrt(h * h + 4.0 * xx)
         c, s = jax.lax.optimization_barrier((jnp.abs(h) * n, jnp.where(h < 0.0, -2.0 * n, 2.0 * n) * x))
-        large = (xx > QUADRATIC * gap * gap) & (xx > NEGLIGIBLE * size)
+        busy = busy | jnp.any((xx > QUADRATIC * gap * gap) & (xx > NEGLIGIBLE * size))
         b = turn(c, s, turn(c, s, b).swapaxes(0, 1))
-        return b, turn(c, s, f), busy | large[0] | large[1]
+        return b, turn(c, s, f), busy
 
     def sweep(state: Any) -> Any:
         b, f, _, count = state
-        b, f, busy = jax.lax.fori_loop(0, 3, round_of_two, (b, f, jnp.zeros(size.shape, bool)))
-        return b, f, jnp.any(busy), count + 1
+        return *jax.lax.fori_loop(0, 3, round_of_two, (b, f, jnp.zeros((), bool))), count + 1
 
     size = (b * b).sum((0, 1))
     eye = jnp.eye(4).reshape((4, 4) + (1,) * (b.ndim - 2))

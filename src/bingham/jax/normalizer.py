@@ -11,9 +11,9 @@ import jax.numpy as jnp
 import numpy as np
 
 from bingham.errors import InvalidArgumentError
-from bingham.kernels.array_rule import derivatives_array, entries
+from bingham.kernels.array_rule import derivatives_array
 
-__all__ = ["concentrations", "derivatives", "in_double", "log_normalizer", "log_normalizer_and_moments", "moments"]
+__all__ = ["concentrations", "derivatives", "in_double", "log_normalizer", "moments"]
 
 EVALUATIONS, TOLERANCE = 20, 1e-6
 
@@ -44,17 +44,11 @@ def _checked(z: Any, name: str) -> Any:
 
 def derivatives(z: Any, order: int) -> tuple[Any, ...]:
     """Return log F, ω and the Hessian at z (..., d) in double precision, as far as `order` says."""
-    return derivatives_array(z, jnp, order, constant=jnp.asarray, freeze=jax.lax.stop_gradient, loop=_loop)
 
+    def loop(count: int, body: Callable[[Any], Any], start: Any) -> Any:
+        return jax.lax.fori_loop(0, count, lambda _, carry: body(carry), start)
 
-def log_normalizer_and_moments(z: list[Any]) -> tuple[Any, list[Any]]:
-    """Return log F and ω, entry by entry, for the entries of z in double precision."""
-    log_f, w = entries(z, jnp, 1, constant=jnp.asarray, freeze=jax.lax.stop_gradient, loop=_loop)
-    return log_f, w
-
-
-def _loop(count: int, body: Callable[[Any], Any], start: Any) -> Any:
-    return jax.lax.fori_loop(0, count, lambda _, carry: body(carry), start)
+    return derivatives_array(z, jnp, order, constant=jnp.asarray, freeze=jax.lax.stop_gradient, loop=loop)
 
 
 def log_normalizer(z: Any) -> Any:

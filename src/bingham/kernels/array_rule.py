@@ -16,7 +16,7 @@ import numpy as np
 from bingham.kernels.contour import CROSSING, DECAY, NODES
 from bingham.kernels.numpy_rule import CI, CR, RULE_DIMENSION, SI, SR
 
-__all__ = ["derivatives_array", "entries", "repeat"]
+__all__ = ["derivatives_array", "repeat"]
 
 NEWTON_STEPS, BISECTIONS = 40, 10
 
@@ -54,22 +54,8 @@ def derivatives_array(
     loop : callable
         `repeat` or a compiled loop of the library.
     """
-    out = entries([z[..., i] for i in range(z.shape[-1])], xp, order, constant=constant, freeze=freeze, loop=loop)
-    return out[0], *(xp.stack(w, -1) for w in out[1:2]), *(xp.stack([xp.stack(r, -1) for r in h], -2) for h in out[2:])
-
-
-def entries(
-    z: list[Any],
-    xp: Any,
-    order: int,
-    *,
-    constant: Callable[[Any], Any],
-    freeze: Callable[[Any], Any] = lambda a: a,
-    loop: Callable[[int, Callable[[Any], Any], Any], Any] = repeat,
-) -> tuple[Any, ...]:
-    """`derivatives_array` entry by entry: z, ω and the rows of the Hessian are lists of arrays (...)."""
-    d = len(z)
-    parts = z
+    d = z.shape[-1]
+    parts = [z[..., i] for i in range(d)]
     top = parts[0]
     for p in parts[1:]:
         top = xp.where(p > top, p, top)
@@ -82,63 +68,49 @@ def entries(
     else:
         sr, si, tr, ti, centre, front = _parabola([freeze(p) for p in parts], xp, constant, loop)
     inverse, scale = [], 0.0
-    for i in range(0, d, 2):
-        # Factors (s − z)/(centre − z), of order one, in pairs: the argument of their product is between 0 and 2π, and
-        # its root with positive imaginary part is the product of the factors' own such roots.
-        cs = [centre - p for p in parts[i : i + 2]]
-        pair = [((sr - p) / c, si / c) for p, c in zip(parts[i : i + 2], cs, strict=True)]
-        ms = [a * a + b * b for a, b in pair]
-        (pr, pi), m = pair[0], ms[0]
-        if len(pair) == 2:
-            a, b = pair[1]
-            pr, pi, m = pr * a - pi * b, pr * b + pi * a, ms[0] * ms[1]
+    for p in parts:
+        # The factor 1/√(s − z), times √(centre − z) so that products stay of order one; Im s > 0 chooses the root.
+        a, b, c = sr - p, si, centre - p
+        m = a * a + b * b
         n = xp.sqrt(m)
-        t = xp.sqrt(0.5 * (n + abs(pr)))
-        u = 0.5 * pi / t
-        k = 1.0 / n
-        right = pr >= 0.0
-        rr, ri = xp.where(right, xp.where(pi < 0.0, -t, t), u) * k, xp.where(right, abs(u), t) * k
+        t = xp.sqrt(0.5 * (n + abs(a)))
+        u = 0.5 * b / t
+        k = xp.sqrt(c) / n
+        rr, ri = xp.where(a >= 0.0, t, u) * k, xp.where(a >= 0.0, u, t) * k
         tr, ti = tr * rr + ti * ri, ti * rr - tr * ri
-        for j, ((a, b), c) in enumerate(zip(pair, cs, strict=True)):
-            over = k * k / c if len(pair) == 1 else ms[1 - j] * (k * k) / c
-            inverse.append((a * over, -b * over))
-            scale = scale + xp.log(c)
-    f = _nodes_sum(ti)
+        inverse.append((a / m, -b / m))
+        scale = scale + xp.log(c)
+    f = ti.sum(0)
     log_f = xp.log(2.0 * f) + (0.5 * d * math.log(math.pi) + front) - 0.5 * scale + top
     if order == 0:
         return (log_f,)
     products = [(tr * ir - ti * ii, tr * ii + ti * ir) for ir, ii in inverse]
-    total = _nodes_sum(xp.stack([pi for _, pi in products], 1))
-    over = 1.0 / sum(total[i] for i in range(d))
-    g = [total[i] * over for i in range(d)]
+    gradient = xp.stack([pi.sum(0) for _, pi in products], -1)
+    gradient = gradient / gradient.sum(-1)[..., None]
     if order == 1:
-        return log_f, g
-    h = {}
+        return log_f, gradient
+    g = [gradient[..., i] for i in range(d)]
+    entries = {}
     for i, (pr, pi) in enumerate(products):
         for j in range(i, d):
             ir, ii = inverse[j]
-            mean = (0.75 if i == j else 0.25) * _nodes_sum(pr * ii + pi * ir) / f
-            h[i, j] = h[j, i] = mean - g[i] * g[j]
-    return log_f, g, _rows_sum_to_zero(h, parts, xp)
+            mean = (0.75 if i == j else 0.25) * (pr * ii + pi * ir).sum(0) / f
+            entries[i, j] = entries[j, i] = mean - g[i] * g[j]
+    return log_f, gradient, _rows_sum_to_zero(entries, parts, xp)
 
 
-def _nodes_sum(t: Any) -> Any:
-    """Return the sum over the first axis by halves: additions that compilers join with what makes their terms."""
-    while len(t) % 2 == 0:
-        t = t[: len(t) // 2] + t[len(t) // 2 :]
-    return t.sum(0) if len(t) > 1 else t[0]
-
-
-def _rows_sum_to_zero(h: dict[tuple[int, int], Any], parts: list[Any], xp: Any) -> list[list[Any]]:
-    """Return the Hessian by rows, that of the largest z, small by cancellation, from the others."""
+def _rows_sum_to_zero(entries: dict[tuple[int, int], Any], parts: list[Any], xp: Any) -> Any:
+    """Return the Hessian (..., d, d), the row of the largest z, small by cancellation, from the others."""
     d = len(parts)
     first, found = [], parts[0] > 0.0
     for p in parts:
         first.append((p == 0.0) & ~found)
         found = found | (p == 0.0)
-    zero = 0.0 * h[0, 0]
+    zero = 0.0 * entries[0, 0]
     kept = {
-        (i, j): h[i, j] if i == j else xp.where(first[i] | first[j], zero, h[i, j]) for i in range(d) for j in range(d)
+        (i, j): entries[i, j] if i == j else xp.where(first[i] | first[j], zero, entries[i, j])
+        for i in range(d)
+        for j in range(d)
     }
     sums = [-sum(kept[i, j] for j in range(d)) for i in range(d)]
     corner = -sum(xp.where(first[i], zero, sums[i]) for i in range(d))
@@ -150,8 +122,8 @@ def _rows_sum_to_zero(h: dict[tuple[int, int], Any], parts: list[Any], xp: Any) 
             else xp.where(first[j], sums[i], xp.where(first[i], sums[j], kept[i, j]))
             for j in range(d)
         ]
-        rows.append(row)
-    return rows
+        rows.append(xp.stack(row, -1))
+    return xp.stack(rows, -2)
 
 
 def _parabola(parts: list[Any], xp: Any, constant: Callable[[Any], Any], loop: Callable[..., Any]) -> tuple[Any, ...]:
