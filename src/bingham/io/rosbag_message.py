@@ -2,8 +2,8 @@
 
 What the numbers of a message mean:
 
-* ``orientation``: x, y, z, w, rotates vectors of the sensor into the world (REP 145), which is east, north, up (REP
-103).
+* ``orientation``: x, y, z, w, rotates vectors of the sensor into the world (REP 145), which is east, north, up
+  (REP 103).
 * ``orientation_covariance``: rad², row by row, of a small rotation about the *fixed* axes x, y, z of the world, as
   REP 103 has it for covariances of rotations; a change of the sensor's frame leaves it alone (imu_transformer does).
   The last entry so is the variance of the heading whatever the tilt. −1 in the first entry: no orientation.
