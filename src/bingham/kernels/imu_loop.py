@@ -391,7 +391,7 @@ def magnetize(s, t, x, y, z):
     return PENDING
 
 
-@compiled()
+@compiled(exact=True)  # the same bits wherever its arrays lie
 def readout(s, par, q, c, extra):
     """Write orientation q (4,) and its covariance c (3, 3), world axes, now; extra (3, 3) is what no sample reveals.
 

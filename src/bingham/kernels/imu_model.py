@@ -236,7 +236,7 @@ def copy(target, source):
             target[i, j] = source[i, j]
 
 
-@compiled()
+@compiled(exact=True)  # the same bits wherever its arrays lie
 def predict(s, w):
     """P ← F P Fᵀ + Q, kept in w.predicted too; zeros of F cost nothing."""
     p, a = s.covariance, w.product
@@ -268,7 +268,7 @@ def predict(s, w):
     copy(w.predicted, p)
 
 
-@compiled()
+@compiled(exact=True)  # the same bits wherever its arrays lie
 def condition(p, w, innovation, variance):
     """Condition on one number, innovation = h·(e − x) + noise; return its log-density.
 
