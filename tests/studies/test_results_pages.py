@@ -27,7 +27,7 @@ def test_every_place_of_a_page_has_its_row(results, page):
     assert "{{" not in re.sub(r"{{results:[\w-]+}}", "", results.fill_results(text))
 
 
-@pytest.mark.parametrize("page", sorted(path.stem for path in (DOCS / "studies" / "results").glob("*.json")))
+@pytest.mark.parametrize("page", ["glover2013", "glover2013-ball", "kurz2013", "kurz2014", "madaan2017"])
 def test_results_are_of_the_studies_default_runs(results, page):
     study = load_study(page)
     stored = json.loads((DOCS / "studies" / "results" / f"{page}.json").read_text(encoding="utf-8"))
