@@ -76,10 +76,9 @@ def test_a_camera_that_is_rotated_is_named(files: Path, tmp_path: Path) -> None:
     row, said = run(
         "track", files / "imu.csv", files / "mounted.txt", "--fuse", "--json", "--no-figure", "-o", tmp_path
     )
-    assert row["orientations"]["rejected"] > 40
+    assert row["orientations"]["rejected"] > 30
     assert "camera and sensor are rotated by 6" in said  # 62.8°, as built
     assert "--align mounting" in said
-    assert "orientations rejected" in said
 
 
 @pytest.mark.parametrize(

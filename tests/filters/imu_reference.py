@@ -10,7 +10,7 @@ from bingham.kernels import imu_loop as loop
 from bingham.kernels import imu_model as model
 
 UP = np.array([0.0, 0.0, 1.0])
-THETA, VELOCITY, BIAS, FORCE_BIAS = (slice(k, k + 3) for k in (0, 3, 6, 9))
+THETA, VELOCITY, BIAS, FORCE_BIAS = slice(0, 3), slice(3, 5), slice(5, 8), slice(8, 11)
 VECTORS = "v b a mean_force swing slow_swing slow_turn"
 ZEROS = """drift_expected level_time surprise contradiction age quiet force_deviation rest_refused north up weight
     residual_mean residual_variance lost_bias resting rest_seen"""
@@ -59,7 +59,7 @@ class Reference:
         if self.force_deviation > self.par.rest_acceleration**2:
             self.quiet, self.resting = 0.0, False
         step = (self.q.apply(force - self.a) - self.par.gravity * UP) * dt
-        self.v, s = self.v + step, self.sum
+        self.v, s = self.v + step * [1.0, 1.0, 0.0], self.sum
         s.impulse, s.force_time = s.impulse + step, s.force_time + dt
         s.shake += max(0.0, force @ force - self.par.gravity**2) * dt
 
@@ -71,9 +71,9 @@ class Reference:
     def condition(self, H, innovation, variance, moves=None) -> None:
         """Joseph's form, for the optimal gain times `moves`."""
         s = H @ self.P @ H + variance
-        k = (np.ones(12) if moves is None else moves) * (self.P @ H) / s
+        k = (np.ones(11) if moves is None else moves) * (self.P @ H) / s
         self.x = self.x + k * (innovation - H @ self.x)
-        left = np.eye(12) - np.outer(k, H)
+        left = np.eye(11) - np.outer(k, H)
         self.P = left @ self.P @ left.T + variance * np.outer(k, k)
 
     def update(self) -> None:
@@ -81,19 +81,19 @@ class Reference:
         if s.field:
             self.P[2, 2] += self.unknown_heading
             self.unknown_heading = 0.0
-        F, Q = np.eye(12), np.zeros((12, 12))
-        F[THETA, BIAS] = F[VELOCITY, FORCE_BIAS] = -s.C
-        F[VELOCITY, THETA] = -par.gravity * dt * skew(UP)
-        F[VELOCITY, BIAS] = -skew(self.v) @ s.C + 0.5 * par.gravity * dt * skew(UP) @ s.C
+        F, Q = np.eye(11), np.zeros((11, 11))
+        F[THETA, BIAS], F[VELOCITY, FORCE_BIAS] = -s.C, -s.C[:2]
+        F[VELOCITY, THETA] = -par.gravity * dt * skew(UP)[:2]
+        F[VELOCITY, BIAS] = (-skew(self.v) @ s.C + 0.5 * par.gravity * dt * skew(UP) @ s.C)[:2]
         self.slow_turn = self.slow_turn + min(1.0, dt / model.SCALE_TIME) * (s.rotated / dt - self.slow_turn)
         net = 2.0 * model.SCALE_TIME * (self.slow_turn @ self.slow_turn) * dt + model.CORRELATION_TURN * s.travel
         theta = par.gyroscope_noise**2 * dt + par.gyroscope_scale_error**2 * net
         shake = par.accelerometer_scale_error**2 * model.CORRELATION_TIME * s.shake
         Q[THETA, THETA] = theta * np.diag([self.noise, self.noise, 1.0])
-        Q[VELOCITY, VELOCITY] = (par.accelerometer_noise**2 * dt + shake) * np.eye(3)
+        Q[VELOCITY, VELOCITY] = (par.accelerometer_noise**2 * dt + shake) * np.eye(2)
         Q[BIAS, BIAS] = (par.gyroscope_bias_walk**2 * dt + self.lost_bias) * np.eye(3)
         Q[FORCE_BIAS, FORCE_BIAS] = 1e-8 * dt * np.eye(3)
-        self.lost_bias, self.P, self.x = 0.0, F @ self.P @ F.T + Q, np.zeros(12)
+        self.lost_bias, self.P, self.x = 0.0, F @ self.P @ F.T + Q, np.zeros(11)
         before = self.P
         self.turned = self.turned + np.outer(s.C[2] / dt, s.raw - self.b * dt)
         at_rest = self.resting and self.rest_is_believed()
@@ -102,18 +102,18 @@ class Reference:
             ratio = 0.5 * np.sum(self.v[:2] ** 2 / (np.diag(self.P)[3:5] + speed2))
             self.contradiction += min(1.0, s.force_time / model.CONTRADICTION_TIME) * (ratio - self.contradiction)
             variance = (model.REST_SPEED**2 if at_rest else 2.0 * model.SWING_TIME * speed2) / s.force_time
-            for H, v in zip(np.eye(12)[VELOCITY], self.v, strict=True):  # nothing about the heading
-                self.condition(H, -v, variance, np.where(np.arange(12) == 2, 0.0, 1.0))
+            for H, v in zip(np.eye(11)[VELOCITY], self.v[:2], strict=True):  # nothing about the heading
+                self.condition(H, -v, variance, np.where(np.arange(11) == 2, 0.0, 1.0))
         if at_rest:
             self.rest_seen = True
-            for H, rate, b in zip(np.eye(12)[BIAS], s.raw / dt, self.b, strict=True):
+            for H, rate, b in zip(np.eye(11)[BIAS], s.raw / dt, self.b, strict=True):
                 self.condition(H, rate - b, 0.3 * par.rest_rate_error**2 / dt)
         if s.field:
             self.heading(np.mean(s.field, axis=0), dt)
         if s.force_time > 0.0:
             self.watch(before, dt)
         self.q = turn(self.x[THETA]) * self.q
-        self.v = self.v + np.cross(self.x[THETA], self.v) + self.x[VELOCITY]
+        self.v = (self.v + np.cross(self.x[THETA], self.v) + [*self.x[VELOCITY], 0.0]) * [1.0, 1.0, 0.0]
         self.b = np.clip(self.b + self.x[BIAS], -model.MAXIMAL_BIAS, model.MAXIMAL_BIAS)
         self.a = np.clip(self.a + self.x[FORCE_BIAS], -model.MAXIMAL_FORCE_BIAS, model.MAXIMAL_FORCE_BIAS)
         self.clear()
@@ -167,7 +167,7 @@ class Reference:
         self.weight += dt * weight
         rate = max(dt / par.field_memory, dt / max(self.weight, dt)) * weight
         self.north, self.up = self.north + rate * (horizontal - self.north), self.up + rate * (up - self.up)
-        bearing, H = np.arctan2(east, north), np.zeros(12)
+        bearing, H = np.arctan2(east, north), np.zeros(11)
         H[THETA] = [-up / horizontal * np.sin(bearing), -up / horizontal * np.cos(bearing), 1.0]
         residual = bearing - par.declination - H @ self.x
         residual -= 2.0 * np.pi * np.floor(residual / (2.0 * np.pi) + 0.5)
@@ -182,7 +182,7 @@ class Reference:
             variance = (variance * lasts + share) * par.magnetometer_time * 2.0 / dt
         concentration = 0.5 / np.sinh(0.5 * min(predicted, 40.0))
         move = np.arctan2(np.sin(residual), concentration * variance + np.cos(residual))
-        moves = np.isin(np.arange(12), [2, 6, 7, 8]).astype(float)
+        moves = np.isin(np.arange(11), [2, 5, 6, 7]).astype(float)
         self.condition(H, move * (predicted + variance) / predicted + H @ self.x, variance, moves)
 
     def report(self):
@@ -194,7 +194,6 @@ class Reference:
         drift = par.gyroscope_scale_error**2 * np.sum(self.turned**2) * (self.unknown_heading > 0.0)
         north = (loop.NORTH_SHARE * par.magnetometer_error) ** 2 * (self.weight > 0.0)
         extra[2, 2] += self.unknown_heading + drift + north
-        surprise = loop.SURPRISE_SHARE * min(self.surprise, model.MAXIMAL_RATIO)
-        level = max(self.level, loop.LEVEL_FLOOR, surprise, min(self.contradiction - 2.0, 4.0))
+        level = max(self.level, loop.LEVEL_FLOOR, min(self.surprise, loop.MAXIMAL_SURPRISE))
         scale = np.sqrt([level, level, 1.0])
         return q.as_quat(scalar_first=True), scale[:, None] * self.P[:3, :3] * scale + extra
