@@ -28,6 +28,7 @@ from bingham.inference import (
 from bingham.inference.intervals import crowding, profile_ratio
 
 RESULTS = Path(__file__).resolve().parents[1] / "docs/studies/results/inference.json"
+FIGURE = RESULTS.parents[2] / "_static/power.png"
 CHI2 = 3.841458820694124
 RESAMPLES = 199  # (1 + count)/200 ≤ 0.05 has size 0.05 exactly
 SHAPES = {
@@ -160,6 +161,29 @@ def powers(replicates: int) -> Iterator[Row]:
             yield "power", name, f"{s:g}", float(np.mean(result.pvalue <= 0.05))
 
 
+def draw(path: Path, figure_path: Path) -> None:
+    """Draw the power curves of a results file."""
+    from matplotlib.figure import Figure
+
+    stored = json.loads(path.read_text(encoding="utf-8"))
+    rows = [row for row in stored["table"] if row["case"] == "power"]
+    figure = Figure(figsize=(7.0, 5.4), layout="constrained")
+    ax = figure.subplots()
+    for name, marker in zip(dict.fromkeys(row["filter"] for row in rows), "os^vDP*", strict=False):
+        curve = [(float(row["metric"]), row["value"]) for row in rows if row["filter"] == name]
+        ax.plot(*zip(*curve, strict=True), marker=marker, ms=4, lw=1.2, label=name)
+    ax.axhline(0.05, color="0.6", lw=0.8, ls="--")
+    ax.text(1.0, 0.055, "0.05", color="0.4", fontsize=8, ha="right", va="bottom")
+    ax.set(xlabel="strength s of the alternative", ylabel="share of rejections at 0.05", xlim=(0, 1), ylim=(0, 1.02))
+    part = stored["runs"] // 5
+    ax.set_title(
+        f"Power of the tests, d = 3, n = 20, {stored['runs']} samples; goodness of fit {part}, whole outliers",
+        fontsize=9,
+    )
+    figure.legend(fontsize=7.5, frameon=False, ncols=2, loc="outside lower center")
+    figure.savefig(figure_path, dpi=150)
+
+
 def main() -> None:
     replicates = int(sys.argv[1]) if len(sys.argv) > 1 else 5000
     path = Path(sys.argv[2]) if len(sys.argv) > 2 else RESULTS
@@ -172,6 +196,8 @@ def main() -> None:
     rows = ",\n".join(json.dumps(row, ensure_ascii=False) for row in table)
     head = f'{{"study": "inference", "runs": {replicates}, "seed": 0, "table": [\n'
     path.write_text(f"{head}{rows}\n]}}\n", encoding="utf-8")
+    if path == RESULTS:
+        draw(path, FIGURE)
 
 
 if __name__ == "__main__":

@@ -74,7 +74,7 @@ bias = {
 }
 figure, panels = plt.subplots(1, 3, figsize=(13.0, 4.0), layout="constrained")
 for name, values in cover.items():
-    panels[0].semilogx(sizes, values, "o-", ms=3, label=name)
+    panels[0].semilogx(sizes, values, "o-", ms=3, label={"chi2": "χ² ellipse", "f": "F ellipse"}.get(name, name))
 panels[0].axhline(0.95, color="0.6", lw=0.8, ls="--")
 panels[0].set(xlabel="number of axes n", ylabel="coverage of the mean axis", ylim=(0.7, 1.0))
 panels[0].legend(frameon=False, fontsize=8)
@@ -83,6 +83,9 @@ for name, values in bias.items():
 panels[1].axhline(1.0, color="0.6", lw=0.8, ls="--")
 panels[1].set(xlabel="number of axes n", ylabel="median of the steepest concentration / truth")
 panels[1].legend(frameon=False, fontsize=8)
+for panel in panels[:2]:
+    panel.set_xticks([6, 10, 20, 50, 100], ["6", "10", "20", "50", "100"])
+    panel.minorticks_off()
 
 # %%
 # Power: how often twenty axes show that they are not uniform, or not symmetric, as the departure grows.
@@ -95,7 +98,8 @@ for name, test, shape in (
     power = [np.mean(test(Bingham(shape(s), np.eye(3)).rvs((2000, 20), rng=7)).pvalue < 0.05) for s in strength]
     panels[2].plot(strength, power, "o-", ms=3, label=name)
 panels[2].axhline(0.05, color="0.6", lw=0.8, ls="--")
-panels[2].set(xlabel="strength s", ylabel="share of rejections at 0.05, n = 20", ylim=(0, 1.02))
-panels[2].legend(frameon=False, fontsize=8)
+panels[2].set(xlabel="strength s", ylabel="share of rejections at 0.05, n = 20", ylim=(0, 1.35))
+panels[2].set_yticks(np.linspace(0.0, 1.0, 6))
+panels[2].legend(frameon=False, fontsize=8, loc="upper left")
 
 # sphinx_gallery_thumbnail_number = -1

@@ -63,7 +63,8 @@ def test_concentration_intervals_cover(name, n):
     result = concentration_intervals(part)
     covered = np.mean((result.low <= p.z) & (p.z <= result.high), axis=0)[:-1]
     assert np.all(covered > 0.93 - 1.5 * CHANCE)
-    assert np.all(covered < 0.985)
+    # Concentrations that nearly agree are covered too often.
+    assert np.all(covered < (0.985 if name == "bipolar" else 0.965 + 1.5 * CHANCE))
     if n == 10:  # the control: maximum likelihood plus and minus two of its errors is far off its mark
         errors = Bingham.fit(part).standard_errors(n).concentrations
         low = Bingham.fit(part).z + 1.96 * errors < p.z
@@ -74,8 +75,8 @@ def test_concentration_intervals_cover(name, n):
 def test_bias_of_few_axes_is_taken_back():
     p, x = replicates([-20.0, -8.0, 0.0], 10, 1)
     plain, corrected = Bingham.fit(x).z, Bingham.fit(x, bias_corrected=True).z
-    assert 1.6 < plain[:, 0].mean() / -20.0 < 2.3
-    assert abs(np.median(corrected[:, 0]) / -20.0 - 1) < 0.12 < np.median(plain[:, 0]) / -20.0 - 1
+    assert 1.6 < plain[:, 0].mean() / -20.0 < 2.0
+    assert abs(np.median(corrected[:, 0]) / -20.0 - 1) < 0.06 < np.median(plain[:, 0]) / -20.0 - 1
     assert np.abs(corrected[:, 0] + 20).mean() < 0.75 * np.abs(plain[:, 0] + 20).mean()
     many = p.rvs(20_000, rng=2)
     np.testing.assert_allclose(Bingham.fit(many, bias_corrected=True).z, Bingham.fit(many).z, rtol=2e-3)

@@ -52,7 +52,7 @@ def test_size_of_uniformity(d, method, n):
     x = Bingham.uniform(d).rvs((REPLICATES, n), rng=n)
     assert FEWEST <= rejections(uniformity_test(x, method=method)) <= MOST
     tilted = Bingham(np.append(np.zeros(d - 1), 2.0), np.eye(d)).rvs((200, n), rng=n)
-    assert rejections(uniformity_test(tilted, method=method)) > (50 if n == 20 else 190)
+    assert rejections(uniformity_test(tilted, method=method)) > ({2: 135, 3: 90, 4: 45}[d] if n == 20 else 190)
 
 
 @pytest.mark.parametrize("n", [3, 5, 20, 84])
@@ -89,7 +89,9 @@ def test_sizes_of_tests_of_axes(name, n):
     assert FEWEST <= rejections(mean_axis_test(x, p.M[:, 0], index=0)) <= MOST
     turned = Bingham(z, p.M[:, [*range(1, z.size), 0]]).rvs((200, n), rng=3)
     assert rejections(common_axis_test(x[:200], turned)) > 190
-    assert rejections(equality_test(x[:200], y[:200], null="asymptotic")) > (8 if n == 20 else 100)
+    assert rejections(equality_test(x[:200], y[:200], null="asymptotic")) > (40 if n == 20 else 180)
+    again = Bingham(z, p.M).rvs((REPLICATES, n), rng=4)
+    assert FEWEST <= rejections(equality_test(x, again, null="asymptotic")) <= MOST
 
 
 @pytest.mark.parametrize("n", [20, 100])
@@ -98,7 +100,7 @@ def test_size_of_symmetry(n):
         x = Bingham(z, np.eye(3)).rvs((REPLICATES, n), rng=n)
         assert FEWEST <= rejections(symmetry_test(x, kind=kind)) <= MOST
         lopsided = Bingham(z + np.array([-60.0, 0.0, 0.0]) if kind == "bipolar" else [-30.0, -12.0, 0.0], np.eye(3))
-        assert rejections(symmetry_test(lopsided.rvs((200, n), rng=n), kind=kind)) > (100 if n == 20 else 195)
+        assert rejections(symmetry_test(lopsided.rvs((200, n), rng=n), kind=kind)) > (175 if n == 20 else 195)
 
 
 @pytest.mark.parametrize("n", [20, 100])
