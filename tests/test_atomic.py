@@ -172,7 +172,7 @@ import bingham.cli.tracking as track
 def slow(*_, **__):
     print(1, flush=True)
     time.sleep(60)
-track._track = slow
+track.opened = slow
 main()
 """
     out = tmp_path / "out"

@@ -329,7 +329,7 @@ def test_folders_and_unknown_files(tmp_path):
     file = tmp_path / "notes"
     file.write_text("dear diary\n")
     rejected(read_recording, file, "line 1", "no known format.*supported: .*ROS bag")
-    with pytest.raises(InvalidArgumentError, match="broad, euroc, .*, rosbag, tum, csv"):
+    with pytest.raises(InvalidArgumentError, match=r"broad, euroc, .*, rosbag, tum, csv"):
         read_recording(file, format="xml")
     with pytest.raises(InvalidArgumentError, match="deg_s"):
         file.write_text(CSV)

@@ -30,7 +30,7 @@ def test_cells_of_the_2013_study_stand_beside_the_published_ones(monkeypatch):
     monkeypatch.setattr("bingham.studies.glover2013_composition.COMPOSED_STEPS", 8)
     result = run_study(load_study("glover2013"), runs=9, seed=1)
     figures = draw(result)
-    assert set(figures) == {"signals", "cells", "composition"}
+    assert set(figures) == {"signals", "cells", "composition", "runs"}
     drawn = {c.get_label(): c.lines[0].get_xdata() for c in figures["cells"].axes[0].containers}
     assert set(drawn) == {"EKF, fixed noise", "EKF, fixed and padded noise", "EKF, rotated noise", "published ±"}
     np.testing.assert_array_equal(drawn["published ±"], [value for value, _ in TABLE.values()])

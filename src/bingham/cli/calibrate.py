@@ -58,8 +58,8 @@ def calibrate(
     loaded = read(recording, format, given)
     if not isinstance(loaded, ImuRecording):
         raise InvalidArgumentError("RECORDING", "an inertial recording", f"{recording}, orientations")
-    found = calibrate_magnetometer(loaded)
-    with replaced(output) as path:
+    with replaced(output) as path:  # first: a place that cannot be written costs no work
+        found = calibrate_magnetometer(loaded)
         path.write_text(found.to_json(), encoding="utf-8")
     if as_json:
         typer.echo(json.dumps(json.loads(found.to_json())))
