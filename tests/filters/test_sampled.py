@@ -205,8 +205,10 @@ def test_run_equals_single_steps_and_skips_missing_rows():
         if t != 2:
             state, info = f.update(state, zs[t])
             evidence = info.log_evidence
-        assert np.array_equal(track.concentrations[t], state.z) and np.array_equal(track.frames[t], state.M)
-        assert track.log_evidence[t] == evidence
+        # Products of the samples go through BLAS, whose bits depend on where arrays lie.
+        np.testing.assert_allclose(track.concentrations[t], state.z, rtol=1e-12)
+        np.testing.assert_allclose(track.frames[t], state.M, rtol=0, atol=1e-13)
+        assert track.log_evidence[t] == pytest.approx(evidence, rel=1e-12, abs=1e-13)
         assert dt == pytest.approx(float(np.diff([-0.1, *times])[t]))
     assert list(track.decision) == [1, 1, -1, 1]
 

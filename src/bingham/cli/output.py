@@ -179,7 +179,7 @@ def write_pages(
     names: list[str] = []
     covariance = track.covariance(frame="world")
     if outputs.report:
-        known = {} if truth is None else {"truth": truth.orientation, "scored": truth.scored}
+        known: dict[str, Any] = {} if truth is None else {"truth": truth.orientation, "scored": truth.scored}
         known |= {key: getattr(track, key) for key in ("bias", "bias_std") if hasattr(track, key)}
         known["world"] = world_of(recording)
         names.append(f"{recording.name}.html")
