@@ -10,6 +10,7 @@ import pytest
 
 from bingham.studies.study import Chunk
 from bingham.studies.workers import in_processes
+from permissions import RESTRICTED, with_permissions
 
 BINGHAM = [sys.executable, "-m", "bingham"]
 STREAM = "".join(f"gyr {k / 50} 0 0 0.1\nacc {k / 50} 0 0 9.81\n" for k in range(200)).encode()
@@ -149,7 +150,8 @@ def test_workers_end_with_the_process_that_started_them(tmp_path):
         "list(in_processes([Chunk(str(k), wait_and_tell, {'folder': Path(sys.argv[1])}) for k in range(2)], 2))"
     )
     here = os.path.dirname(__file__)
-    environment = os.environ | {"PYTHONPATH": f"{here}{os.pathsep}{os.environ.get('PYTHONPATH', '')}"}
+    paths = [here, os.path.dirname(here), os.environ.get("PYTHONPATH", "")]
+    environment = os.environ | {"PYTHONPATH": os.pathsep.join(paths)}
     with subprocess.Popen([sys.executable, "-c", code, str(tmp_path), here], env=environment) as process:
         end = time.monotonic() + 60
         while len(list(tmp_path.iterdir())) < 2 and time.monotonic() < end:
@@ -172,14 +174,6 @@ def _alive(process):
 
 
 __all__ = ["Chunk", "in_processes", "wait_and_tell"]
-
-
-# Root reads and writes anywhere, unless it gives that up.
-RESTRICTED = [] if os.name == "nt" or os.geteuid() else ["setpriv", "--inh-caps=-all", "--bounding-set=-all"]
-with_permissions = pytest.mark.skipif(
-    os.name == "nt" or (bool(RESTRICTED) and shutil.which("setpriv") is None),
-    reason="needs permissions, and root a way to give up its own",
-)
 
 
 @pytest.fixture

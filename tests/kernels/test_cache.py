@@ -10,6 +10,7 @@ import pytest
 
 import bingham
 from bingham.kernels.cache import source_digest
+from permissions import RESTRICTED, with_permissions
 
 PACKAGE = Path(bingham.__file__).parent
 HELPER = "from bingham.kernels.compile import compiled\n\n@compiled()\ndef helper(x):\n    return x + {}\n"
@@ -28,14 +29,6 @@ if "full" in sys.argv:
 from bingham.kernels.made_caller import caller
 print(caller(1.0), sum(caller.stats.cache_hits.values()))
 """
-
-
-# Root writes anywhere, unless it gives that up.
-RESTRICTED = [] if os.name == "nt" or os.geteuid() else ["setpriv", "--inh-caps=-all", "--bounding-set=-all"]
-not_writable = pytest.mark.skipif(
-    os.name == "nt" or (bool(RESTRICTED) and shutil.which("setpriv") is None),
-    reason="folders that cannot be written need permissions, and root a way to give up its own",
-)
 
 
 @pytest.fixture
@@ -136,7 +129,7 @@ def read_only(copy):
             folder.chmod(0o755)
 
 
-@not_writable
+@with_permissions
 def test_machine_code_of_a_read_only_package_is_loaded_and_if_stale_kept_elsewhere(copy, read_only, tmp_path):
     copy()
     read_only()
@@ -149,7 +142,7 @@ def test_machine_code_of_a_read_only_package_is_loaded_and_if_stale_kept_elsewhe
     assert list(tmp_path.glob("cache/**/made_caller*.nbi"))
 
 
-@not_writable
+@with_permissions
 def test_a_read_only_package_and_home_run_uncached_and_say_so(copy, read_only, tmp_path):
     home = tmp_path / "home"
     home.mkdir(mode=0o555)
