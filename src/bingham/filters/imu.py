@@ -19,7 +19,7 @@ from bingham.filters.tangent import covariance_of_distribution, distribution_of_
 from bingham.kernels.imu_loop import MAXIMAL_FORCE, SEEN, TRACK, UPDATE
 from bingham.kernels.imu_loop import run as run_kernel
 from bingham.kernels.imu_loop import smooth as smooth_kernel
-from bingham.kernels.imu_model import FIRST_SWING, FIRST_TILT, SWING_PERIOD, WORK
+from bingham.kernels.imu_model import BIAS, FIRST_SWING, FIRST_TILT, FORCE_BIAS, SIZE, SWING_PERIOD, VELOCITY, WORK
 from bingham.models.sensors import davenport_matrix
 from bingham.recording import ImuRecording
 from bingham.rotations import rotate
@@ -28,6 +28,8 @@ __all__ = ["ImuFilter"]
 
 FloatArray = NDArray[np.float64]
 
+# Their places among the errors of the state.
+SPEEDS, BIASES, FORCE_BIASES = range(VELOCITY, BIAS), range(BIAS, FORCE_BIAS), range(FORCE_BIAS, SIZE)
 KEPT_APART = 0.1  # rad²: variance of the heading at the start above which only the drift since then is of use
 FREE_FALL = "zeros are free fall, which shows no up: leave it out, as NaN in a recording, if it is no sample"
 
@@ -200,7 +202,7 @@ class ImuFilter:
         record["phase"], record["orientation"], record["swing_power"] = -1, seen.mode, swing2
         p = record["covariance"]
         p[:3, :3] = covariance_of_distribution(seen)
-        p[range(3, 5), range(3, 5)] = swing2
+        p[SPEEDS, SPEEDS] = swing2
         # What is not known of the heading whatever the tilt: nothing but a sensor of the heading will change it.
         apart = p[2, 2] - p[2, :2] @ np.linalg.solve(p[:2, :2], p[:2, 2])
         record["unknown_heading"] = apart
@@ -227,8 +229,8 @@ class ImuFilter:
         if prior is not None:
             seen = prior.multiply(distribution_of_covariance(record["orientation"], record["covariance"][:3, :3]))
             record["orientation"], record["covariance"][:3, :3] = seen.mode, covariance_of_distribution(seen)
-        record["covariance"][range(3, 5), range(3, 5)] = 1.0
-        record["covariance"][range(5, 8), range(5, 8)] = self.gyroscope_wide_bias**2
+        record["covariance"][SPEEDS, SPEEDS] = 1.0
+        record["covariance"][BIASES, BIASES] = self.gyroscope_wide_bias**2
         return state
 
     def blank(self) -> ImuState:
@@ -239,8 +241,8 @@ class ImuFilter:
         record["noise"] = record["seen_noise"] = record["level"] = record["coarse"] = 1.0
         record["range"] = 0.99 * self.gyroscope_range
         p = record["covariance"]
-        p[range(5, 8), range(5, 8)] = self.gyroscope_bias**2
-        p[range(8, 11), range(8, 11)] = self.accelerometer_bias**2
+        p[BIASES, BIASES] = self.gyroscope_bias**2
+        p[FORCE_BIASES, FORCE_BIASES] = self.accelerometer_bias**2
         return state
 
     def run(self, recording: ImuRecording, *, prior: Bingham | None = None, state: ImuState | None = None) -> ImuTrack:

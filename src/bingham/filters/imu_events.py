@@ -18,7 +18,7 @@ from bingham.filters.imu_track import MAGNETOMETER_CODES, UNIFORM_INCLINATION, U
 from bingham.filters.orientation_log import ORIENTATION_CODES
 from bingham.filters.tangent import distribution_of_covariance
 from bingham.kernels.imu_loop import MAXIMAL_FORCE, accelerate, due, magnetize, readout, rotate
-from bingham.kernels.imu_model import WORK
+from bingham.kernels.imu_model import BIAS, FORCE_BIAS, WORK
 from bingham.kernels.imu_orientation import advance, flush, observe, passed
 from bingham.recording import OrientationRecording, with_covariance
 from bingham.rotations import rotate as rotate_vectors
@@ -196,7 +196,7 @@ class ImuStream:
     @property
     def bias_std(self) -> FloatArray:
         """Standard deviations (3,) of the bias, rad/s."""
-        return np.sqrt(np.diagonal(self._record["covariance"])[5:8])
+        return np.sqrt(np.diagonal(self._record["covariance"])[BIAS:FORCE_BIAS])
 
     @property
     def heading_std(self) -> float:
