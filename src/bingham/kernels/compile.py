@@ -33,7 +33,7 @@ class _Inner(_Kernel):
         return self.py_func(*args, **kwargs)
 
 
-def compiled(*, inline: bool = False, parallel: bool = False, exact: bool = False) -> Callable[[F], F]:
+def compiled(*, inline: bool = False, parallel: bool = False, fast: bool = False) -> Callable[[F], F]:
     """Compile a function with Numba at its first call and keep the machine code on disk.
 
     Parameters
@@ -42,9 +42,9 @@ def compiled(*, inline: bool = False, parallel: bool = False, exact: bool = Fals
         Copy the function into its compiled callers (LLVM ``alwaysinline``), for the scalar helpers of hot loops.
     parallel : bool
         Allow ``numba.prange``.
-    exact : bool
-        Forbid both, for code that goes through arrays and whose results must be the same bits every time: a vectorised
-        loop is left for a scalar one where two arrays happen to lie close together in memory.
+    fast : bool
+        Allow contraction and reassociation, for batches. The bits of the result then depend on where arrays lie: a
+        vectorised loop is left for a scalar one where two happen to lie close together in memory.
 
     Returns
     -------
@@ -57,7 +57,7 @@ def compiled(*, inline: bool = False, parallel: bool = False, exact: bool = Fals
     def decorate(function: F) -> F:
         # Wrappers that nothing calls are a tenth of the time to compile.
         options: dict[str, Any] = {"nogil": True, "error_model": "numpy", "no_cfunc_wrapper": True}
-        if not exact:
+        if fast:
             options["fastmath"] = FAST_MATH
         if inline:
             options["forceinline"] = True

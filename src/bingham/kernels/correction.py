@@ -29,7 +29,7 @@ FLOOR = 5e-15
 LARGEST_STEP = 0.5
 
 
-@compiled(exact=True)
+@compiled()
 def _residual(v, c):
     """Write the moment of v (m, d) to c (d, d); return max |c − I|."""
     m, d = v.shape
@@ -48,7 +48,7 @@ def _residual(v, c):
     return worst
 
 
-@compiled(exact=True)
+@compiled()
 def _move(v, w, e, out):
     """Write (v + E v), returned to Σ w v² = 1, to out."""
     m, d = v.shape
@@ -65,7 +65,7 @@ def _move(v, w, e, out):
             out[i, k] *= norm
 
 
-@compiled(exact=True)
+@compiled()
 def correct_moments(points, w):
     """Move unit points (m, d), in place, until Σ x xᵀ/m = diag(w); return (max |C − I|, Newton steps).
 

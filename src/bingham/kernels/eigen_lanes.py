@@ -25,7 +25,7 @@ ROWS = 26
 FRAME = 10
 
 
-@compiled(inline=True)
+@compiled(inline=True, fast=True)
 def _rotate(w, size, p, q, x, a, b, c, d):
     """Clear row x between the diagonal rows p, q in every lane; (a, b), (c, d) are the other pairs of rows (pr, qr).
 
@@ -52,7 +52,7 @@ def _rotate(w, size, p, q, x, a, b, c, d):
     return busy
 
 
-@compiled()
+@compiled(fast=True)
 def _sweeps(w, size):
     for _ in range(MAX_SWEEPS):
         busy = _rotate(w, size, 0, 1, 4, 5, 7, 6, 8)
@@ -65,7 +65,7 @@ def _sweeps(w, size):
             return
 
 
-@compiled()
+@compiled(fast=True)
 def diagonalize_lanes_4(matrices, values, frames):
     """Eigenvalues (n, 4), in no order, and eigenvectors (n, 4, 4; rows) of the symmetric parts of matrices (n, 4, 4).
 

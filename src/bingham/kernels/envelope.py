@@ -16,7 +16,7 @@ from bingham.kernels.compile import compiled
 __all__ = ["sample"]
 
 
-@compiled()
+@compiled(fast=True)
 def _envelope_parameter(spread):
     """Root b of Σ 1/(b + 2λᵢ) = 1 by Newton on the concave reciprocal, from the left."""
     b = 1.0
@@ -33,7 +33,7 @@ def _envelope_parameter(spread):
     return b
 
 
-@compiled()
+@compiled(fast=True)
 def sample(z, rows, rng, out):
     """Write samples of the density ∝ exp(Σ zᵢ (rows[i]ᵀ x)²) to out (n, d); z (d,) with max z = 0, rows (d, d)."""
     d = z.size

@@ -9,7 +9,7 @@ from bingham.kernels.compile import compiled
 __all__ = ["combine_rows", "combine_rows_4", "curvature_rows", "likelihood_rows"]
 
 
-@compiled(exact=True)
+@compiled()
 def combine_rows_4(weights, frames, out):
     """`combine_rows` for d = 4, unrolled."""
     for r in range(weights.shape[0]):
@@ -23,7 +23,7 @@ def combine_rows_4(weights, frames, out):
             o[i, 3] = (a0 * f[0, 3] + a1 * f[1, 3]) + (a2 * f[2, 3] + a3 * f[3, 3])
 
 
-@compiled(exact=True)
+@compiled()
 def combine_rows(weights, frames, out):
     """Write Σₖ wₖ mₖ mₖᵀ to out (n, d, d) for weights (n, d) and frames (n, d, d)."""
     n, d = weights.shape
@@ -36,7 +36,7 @@ def combine_rows(weights, frames, out):
                 out[r, i, j] = out[r, j, i] = t
 
 
-@compiled(exact=True)
+@compiled()
 def likelihood_rows(matrices, x, tolerance, values, gradients):
     """Turn values (n,) = log F(A) and gradients (n, d, d) = E[yyᵀ] into log F(A) − uᵀAu and E[yyᵀ] − uuᵀ, u = x/|x|.
 
@@ -59,7 +59,7 @@ def likelihood_rows(matrices, x, tolerance, values, gradients):
     return -1
 
 
-@compiled(exact=True)
+@compiled()
 def curvature_rows(frames, moments, hessian, directions, out):
     """Write dE[yyᵀ] for dA = (V + Vᵀ)/2, V in directions (n, d, d), to out (n, d, d).
 

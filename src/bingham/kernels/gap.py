@@ -14,7 +14,7 @@ PACE = 0.02
 PACE_STATE = 4
 
 
-@compiled(inline=True, exact=True)
+@compiled(inline=True)
 def usual_step(usual, dt):
     """Return the running median of the steps after one more of dt seconds; 0 before the first."""
     if usual <= 0.0:
@@ -22,13 +22,13 @@ def usual_step(usual, dt):
     return usual * (1.0 + PACE if dt > usual else 1.0 - PACE)
 
 
-@compiled(inline=True, exact=True)
+@compiled(inline=True)
 def is_gap(dt, usual):
     """Whether samples are missing between two that are dt seconds apart."""
     return dt >= LONG_GAP or (usual > 0.0 and dt > GAP_STEPS * usual)
 
 
-@compiled(inline=True, exact=True)
+@compiled(inline=True)
 def gap_variance(dt, change2):
     """Return the variance (rad² per axis) of the rotation over a gap of dt seconds.
 
@@ -39,7 +39,7 @@ def gap_variance(dt, change2):
     return (rate * rate + change2 / 3.0) * dt * dt
 
 
-@compiled(exact=True)
+@compiled()
 def bridge_gaps(steps, gyroscope, pace, variances):
     """Write `gap_variance` of every step to variances (T,), 0 without a gap; a gap's rate becomes that around it.
 

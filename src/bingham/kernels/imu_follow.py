@@ -11,7 +11,7 @@ from bingham.kernels.imu_orientation import advance
 __all__ = ["follow"]
 
 
-@compiled(exact=True)
+@compiled()
 def follow(s, par, w, sensors, samples, out):
     """Take samples (N, 4), time and vector, of sensors (N,): 0 gyroscope, 1 accelerometer, 2 magnetometer.
 

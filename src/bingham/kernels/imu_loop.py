@@ -76,13 +76,13 @@ UPDATE = np.dtype([
 RATE_REJECTED, FORCE_REJECTED, FIELD_REJECTED, ZEROS, CLIPPED, FROZEN, REPEATS, GAPS, RESTARTS = range(9)
 
 
-@compiled(exact=True)
+@compiled()
 def due(s, par):
     """Whether the interval since the last update is over (half a microsecond of rounding in times is forgiven)."""
     return s.phase > 0 and s.elapsed >= par.update_interval - 5e-7
 
 
-@compiled(exact=True)
+@compiled()
 def judge(s, k, t, before, last, held, x, y, z):
     """Return what becomes of the sample (x, y, z) of sensor k at t, the last at `before`: GOOD, HELD, BACK or BOTH.
 
@@ -108,13 +108,13 @@ def judge(s, k, t, before, last, held, x, y, z):
     return GOOD
 
 
-@compiled(inline=True, exact=True)
+@compiled(inline=True)
 def repeating(s):
     """Whether the last rate of a body that moves was one of a repeated block."""
     return s.matched >= ENOUGH_REPEATS and s.quiet_time == 0.0
 
 
-@compiled(exact=True)
+@compiled()
 def repeats(s, x, y, z):
     """Whether the rates now coming are, one by one, those of a moment before: a block sent twice.
 
@@ -137,7 +137,7 @@ def repeats(s, x, y, z):
     return repeating(s)
 
 
-@compiled(exact=True)
+@compiled()
 def rotate(s, par, w, t, x, y, z):
     """Take the gyroscope's rate (x, y, z) at t, which stands for the time since the last one."""
     s.now = t
@@ -153,7 +153,7 @@ def rotate(s, par, w, t, x, y, z):
     rotate_by(s, par, w, t, x, y, z)
 
 
-@compiled(exact=True)
+@compiled()
 def rotate_by(s, par, w, t, x, y, z):
     """Judge the rate (x, y, z) and integrate what is believed of it."""
     rate = s.rate
@@ -174,7 +174,7 @@ def rotate_by(s, par, w, t, x, y, z):
     integrate(s, par, w, t, x, y, z, verdict == BACK)
 
 
-@compiled(inline=True, exact=True)
+@compiled(inline=True)
 def explained(s):
     """Whether the last force changed as the rate has it, by −ω × f: a steady turn without noise, no fault."""
     x, y, z = s.rate[0] - s.bias[0], s.rate[1] - s.bias[1], s.rate[2] - s.bias[2]
@@ -184,7 +184,7 @@ def explained(s):
     return left2 < 0.25 * (a * a + b * b + c * c)
 
 
-@compiled(inline=True, exact=True)
+@compiled(inline=True)
 def beyond_range(s, i, value, dt):
     """By how much the rate of axis i is likely to exceed its flat top, from the slope with which it came there.
 
@@ -196,7 +196,7 @@ def beyond_range(s, i, value, dt):
     return math.copysign(min(abs(slope) * (time - 0.5 * dt) / 3.0, CLIP_EXCESS * abs(value)), value)
 
 
-@compiled(exact=True)
+@compiled()
 def integrate(s, par, w, t, x, y, z, bridged):
     """Rotate the orientation by the rate (x, y, z) since the last sample; `bridged` over one that was a spike."""
     rate = s.rate
@@ -283,7 +283,7 @@ def integrate(s, par, w, t, x, y, z, bridged):
                     s.lost[j, k] += rotation[j, i] * rotation[k, i] * excess2
 
 
-@compiled(inline=True, exact=True)
+@compiled(inline=True)
 def at_range_end(size):
     """Whether |f| is within 2 % of 2, 4, 8 or 16 g, where the ranges of accelerometers end."""
     g = size / GRAVITY
@@ -292,7 +292,7 @@ def at_range_end(size):
     return size < 17.0 * GRAVITY and abs(g - 2.0) < 0.04
 
 
-@compiled(exact=True)
+@compiled()
 def accelerate(s, par, w, t, x, y, z):
     """Take the specific force (x, y, z) at t, which stands for the time since the last one."""
     if x == 0.0 and y == 0.0 and z == 0.0:
@@ -323,7 +323,7 @@ def accelerate(s, par, w, t, x, y, z):
     push(s, par, t, x, y, z)
 
 
-@compiled(exact=True)
+@compiled()
 def push(s, par, t, x, y, z):
     """Integrate the specific force (x, y, z) since the last sample; start anew from it if the attitude is lost."""
     force = s.force
@@ -367,7 +367,7 @@ def push(s, par, t, x, y, z):
         s.clipped_time += dt
 
 
-@compiled(exact=True)
+@compiled()
 def magnetize(s, t, x, y, z):
     """Take the field (x, y, z) at t; return what becomes of it: a repetition says nothing new, absurd ones are none."""
     last = s.last_field
@@ -391,7 +391,7 @@ def magnetize(s, t, x, y, z):
     return PENDING
 
 
-@compiled(exact=True)
+@compiled()
 def readout(s, par, q, c, extra):
     """Write orientation q (4,) and its covariance c (3, 3), world axes, now; extra (3, 3) is what no sample reveals.
 
@@ -436,7 +436,7 @@ def readout(s, par, q, c, extra):
             c[i, i] += gap_variance(unseen, (s.rate[0] ** 2 + s.rate[1] ** 2 + s.rate[2] ** 2))
 
 
-@compiled(exact=True)
+@compiled()
 def report(s, w, row, begin, out, waiting, orientations, kept, count, restart):
     """Write what the last update says about samples and the orientation that waited, and what the smoother needs."""
     for k in range(begin, row):
@@ -455,7 +455,7 @@ def report(s, w, row, begin, out, waiting, orientations, kept, count, restart):
         copy(u.filtered, s.covariance)
 
 
-@compiled(exact=True)
+@compiled()
 def take(s, par, w, row, begin, out, waiting, orientations, seen, kept, count, restart):
     """Let the next orientation wait, after the one that still does; return begin, restart, count and waiting."""
     z = orientations[seen]
@@ -472,7 +472,7 @@ def take(s, par, w, row, begin, out, waiting, orientations, seen, kept, count, r
     return begin, restart, count, waiting
 
 
-@compiled(exact=True)
+@compiled()
 def run(s, par, w, time, gyroscope, accelerometer, magnetometer, orientations, out, kept):
     """Filter samples of one recording; s holds the state before and after.
 
@@ -533,7 +533,7 @@ def run(s, par, w, time, gyroscope, accelerometer, magnetometer, orientations, o
     return count
 
 
-@compiled(exact=True)
+@compiled()
 def solve(a, b):
     """Replace b (n, n) by a⁻¹ b for a positive definite a (n, n), which is overwritten by its Cholesky factor."""
     n = a.shape[0]
@@ -563,7 +563,7 @@ def solve(a, b):
             b[i, c] *= f
 
 
-@compiled(exact=True)
+@compiled()
 def smooth(kept, out):
     """Condition every state on the whole recording, in place (Rauch, Tung & Striebel 1965).
 

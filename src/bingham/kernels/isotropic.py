@@ -18,7 +18,7 @@ MAX_STEPS = 60
 UNIT_SQUARE = 1.9e-6
 
 
-@compiled()
+@compiled(fast=True)
 def _moments_2(x, weights):
     """Return Σ w x₁², Σ w x₁x₂, Σ w x₂², how many rows are no unit vectors, and Σ w; no weights stand for ones."""
     aa = ab = bb = total = 0.0
@@ -36,7 +36,7 @@ def _moments_2(x, weights):
     return aa, ab, bb, wrong, total
 
 
-@compiled()
+@compiled(fast=True)
 def _moments_3(x, weights):
     """Return the six sums of `_moments_2` for d = 3, upper triangle by rows, then as there."""
     aa = ab = ac = bb = bc = cc = total = 0.0
@@ -57,7 +57,7 @@ def _moments_3(x, weights):
     return aa, ab, ac, bb, bc, cc, wrong, total
 
 
-@compiled()
+@compiled(fast=True)
 def _moments_4(x, weights):
     """Return the ten sums of `_moments_2` for d = 4, upper triangle by rows, then as there."""
     aa = ab = ac = ad = bb = bc = bd = cc = cd = dd = total = 0.0
@@ -82,7 +82,7 @@ def _moments_4(x, weights):
     return aa, ab, ac, ad, bb, bc, bd, cc, cd, dd, wrong, total
 
 
-@compiled(exact=True)
+@compiled()
 def _concentration(spread, d, terms):
     """Return (c, log F) with E[1 − (mᵀx)²] = spread, by Newton's method on logarithms; c is NaN if it fails."""
     top = 1.0 - spread
@@ -108,7 +108,7 @@ def _concentration(spread, d, terms):
     return math.nan, math.nan
 
 
-@compiled(exact=True)
+@compiled()
 def fit_isotropic_rows(x, weights):
     """Return (z, M, log F, spread) of the isotropic maximum-likelihood fit to unit rows x (n, d), d = 2, 3 or 4.
 

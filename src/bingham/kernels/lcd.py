@@ -30,7 +30,7 @@ EULER = 0.5772156649015329
 SERIES = np.array([-((-1.0) ** k) / (k * math.factorial(k)) for k in range(18, 0, -1)])
 
 
-@compiled()
+@compiled(fast=True)
 def exponential_integral(u):
     """Return E₁(u) = ∫_u^∞ e^{−t}/t dt for u > 0, to 1e-14 relative."""
     if u <= 1.0:
@@ -54,7 +54,7 @@ def exponential_integral(u):
     return h * math.exp(-u)
 
 
-@compiled()
+@compiled(fast=True)
 def _among(squared, reach):
     """D₃(s) and D₃'(s) for s = |x − y|²; at 0 the slope, infinite but always times x − y = 0, is given as 0."""
     half = 0.5 * reach * reach
@@ -65,7 +65,7 @@ def _among(squared, reach):
     return half * math.exp(-u) - 0.125 * squared * e, -0.125 * e
 
 
-@compiled()
+@compiled(fast=True)
 def lcd_distance(points, symmetric, middle, reach, first, nodes, weights, gradient):
     """Return D of equally weighted points and write its gradient with respect to `points` (p, n).
 

@@ -23,19 +23,19 @@ NEGLIGIBLE_GAP = (1e-17) ** 2
 SMALL = (1e-3) ** 2
 
 
-@compiled(inline=True, exact=True)
+@compiled(inline=True)
 def dot_4(a, i, b, j):
     """Return Σ a[i, k] b[j, k] over k < 4."""
     return fma(a[i, 0], b[j, 0], a[i, 1] * b[j, 1]) + fma(a[i, 2], b[j, 2], a[i, 3] * b[j, 3])
 
 
-@compiled(inline=True, exact=True)
+@compiled(inline=True)
 def _turned(c, s, x, y):
     """Return (c x − s y, s x + c y)."""
     return fma(c, x, -(s * y)), fma(s, x, c * y)
 
 
-@compiled(inline=True, exact=True)
+@compiled(inline=True)
 def _rotation(p, q, x):
     """Cosine, sine and eigenvalue shift t·x of the rotation that clears x between diagonal entries p and q."""
     gap = q - p
@@ -56,7 +56,7 @@ def _rotation(p, q, x):
     return abs(h) * n, math.copysign(2.0 * n, h) * x, 2.0 * xx / h
 
 
-@compiled(exact=True)
+@compiled()
 def diagonalize_4(b, values, frame):
     """Write the eigenvalues of the symmetric b (4, 4; upper triangle read), ascending, to values (4,).
 
@@ -96,7 +96,7 @@ def diagonalize_4(b, values, frame):
     return sweep
 
 
-@compiled(exact=True)
+@compiled()
 def _sort_rows(values, frame):
     """Sort values (d,) ascending and the rows of frame (d, d) with them, in place."""
     d = values.size
@@ -109,7 +109,7 @@ def _sort_rows(values, frame):
                 frame[j, k], frame[j - 1, k] = frame[j - 1, k], frame[j, k]
 
 
-@compiled(exact=True)
+@compiled()
 def orthonormalize_4(frame):
     """Remove rounding drift of a nearly orthonormal frame (4, 4) by rows, in place (Gram–Schmidt, last row first).
 
@@ -128,7 +128,7 @@ def orthonormalize_4(frame):
                     frame[i, k] *= t
 
 
-@compiled(exact=True)
+@compiled()
 def diagonalize(b, values, frame):
     """Any dimension: as `diagonalize_4`, b (d, d) is destroyed."""
     d = b.shape[0]
@@ -161,7 +161,7 @@ def diagonalize(b, values, frame):
     return sweep
 
 
-@compiled(exact=True)
+@compiled()
 def solve(a, b):
     """Solve a x = b in place by elimination with row pivots; a (p, p) and b (p,) are destroyed, x is left in b."""
     p = b.size

@@ -19,14 +19,14 @@ LOWPASS_STATE = 12
 LOST_FRAME = 0.01
 
 
-@compiled(inline=True, exact=True)
+@compiled(inline=True)
 def _rotated(w, x, y, z, a, b, c):
     """R(q) (a, b, c) for the unit quaternion q = (w, x, y, z)."""
     t, u, v = 2.0 * (y * c - z * b), 2.0 * (z * a - x * c), 2.0 * (x * b - y * a)
     return a + w * t + y * v - z * u, b + w * u + z * t - x * v, c + w * v + x * u - y * t
 
 
-@compiled(exact=True)
+@compiled()
 def average_specific_force(steps, gyroscope, gaps, accelerometer, time_constant, state, out):
     """Write the averaged specific force in body axes to out (T, 3); state (`LOWPASS_STATE`,) carries on.
 

@@ -22,7 +22,7 @@ CHUNK = 4096
 NEGLIGIBLE = -45.0
 
 
-@compiled()
+@compiled(fast=True)
 def log_joint(x, frames, z, offsets, out):
     """Write out[n, k] = offsets[k] + Σ_j z[k, j] (frames[k, j]·x[n])² for x (n, d)."""
     n, d = x.shape
@@ -37,7 +37,7 @@ def log_joint(x, frames, z, offsets, out):
             out[i, k] = q
 
 
-@compiled()
+@compiled(fast=True)
 def expectation_rows(x, weights, frames, z, offsets, background, masses, moments):
     """Add one chunk to masses (K,) and moments (K, d, d); see `expectation`."""
     n, d = x.shape
@@ -74,7 +74,7 @@ def expectation_rows(x, weights, frames, z, offsets, background, masses, moments
     return value
 
 
-@compiled(parallel=True)
+@compiled(parallel=True, fast=True)
 def expectation(x, weights, frames, z, offsets, background, masses, moments):
     """One E step: return Σₙ wₙ log f(xₙ), f(x) = e^{background} + Σₖ exp(offsetsₖ + Σ_j z[k, j] (frames[k, j]·x)²).
 

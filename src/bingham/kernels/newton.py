@@ -23,7 +23,7 @@ from bingham.kernels.rule import WEIGHTS_I, WEIGHTS_R, moments_2, sums_4
 __all__ = ["newton", "newton_2", "newton_4"]
 
 
-@compiled(exact=True)
+@compiled()
 def _start(w, v):
     """Write the saddlepoint start v (d,) for moments w (d,)."""
     s2 = s3 = total = 0.0
@@ -40,13 +40,13 @@ def _start(w, v):
         v[i] *= total
 
 
-@compiled(inline=True, exact=True)
+@compiled(inline=True)
 def _move(v, step):
     """Newton step in v that stays positive."""
     return v + step if step > -0.9 * v else 0.1 * v
 
 
-@compiled(exact=True)
+@compiled()
 def newton_4(w, z, d, terms):
     """Solve ∇ log F(z) = w for d ≤ 4; w (4,) in, z (4,) out, for d < 4 with zeros in the places d − 1 … 2.
 
@@ -94,7 +94,7 @@ def newton_4(w, z, d, terms):
     return math.nan, -MAX_EVALUATIONS
 
 
-@compiled(exact=True)
+@compiled()
 def newton_2(w1, terms):
     """Solve ω₁(z₁) = w1 ≤ ½ for d = 2; return (z₁, log F, evaluations), evaluations negative if not converged."""
     wd = 1.0 - w1
@@ -113,7 +113,7 @@ def newton_2(w1, terms):
     return math.nan, math.nan, -MAX_EVALUATIONS
 
 
-@compiled(exact=True)
+@compiled()
 def newton(w, z):
     """Solve ∇ log F(z) = w in any dimension; w (d,) in, z (d,) out; returns as `newton_4`."""
     d = w.size

@@ -12,7 +12,7 @@ from bingham.kernels.contour import CROSSING, DECAY, NODES
 __all__ = ["derivatives", "parabola"]
 
 
-@compiled()
+@compiled(fast=True)
 def _saddlepoint(z):
     """Positive root s of Σ ½/(s − zᵢ) = 1 for max z = 0: where the contour of a high dimension should cross."""
     d = z.size
@@ -31,7 +31,7 @@ def _saddlepoint(z):
     return s
 
 
-@compiled()
+@compiled(fast=True)
 def parabola(z, nodes, weights):
     """Write the contour of `kernels.contour` for z (d,), max 0, as nodes and weights (n,) for `derivatives`.
 
@@ -60,7 +60,7 @@ def parabola(z, nodes, weights):
     return mu - 1.0
 
 
-@compiled()
+@compiled(fast=True)
 def derivatives(z, gradient, hessian):
     """Return log F for any d; write ω = ∇ log F and the Hessian of log F.
 

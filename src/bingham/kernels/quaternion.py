@@ -9,7 +9,7 @@ from bingham.kernels.compile import compiled
 __all__ = ["from_rotation_vector", "product", "rotate_rows"]
 
 
-@compiled(inline=True, exact=True)
+@compiled(inline=True)
 def product(aw, ax, ay, az, bw, bx, by, bz):
     """Return a ⊗ b (Kurz et al. 2014, eq. 34)."""
     return (
@@ -20,7 +20,7 @@ def product(aw, ax, ay, az, bw, bx, by, bz):
     )
 
 
-@compiled(inline=True, exact=True)
+@compiled(inline=True)
 def from_rotation_vector(x, y, z):
     """Return exp(r/2), the unit quaternion of the rotation vector r = (x, y, z) in rad."""
     angle2 = x * x + y * y + z * z
@@ -34,7 +34,7 @@ def from_rotation_vector(x, y, z):
     return c, s * x, s * y, s * z
 
 
-@compiled(exact=True)
+@compiled()
 def rotate_rows(frame, q, left):
     """Replace every row f of frame (n, 4) by f ⊗ q (left: q ⊗ f), in place."""
     s = -1.0 if left else 1.0

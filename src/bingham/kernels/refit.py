@@ -13,7 +13,7 @@ from bingham.kernels.newton import newton
 __all__ = ["fraction", "refit"]
 
 
-@compiled(exact=True)
+@compiled()
 def refit(moment, m, minimum):
     """Return (z, M, log F, ω, smallest eigenvalue) with this second moment (d, d), eigenvalues ≥ `minimum`.
 
@@ -40,7 +40,7 @@ def refit(moment, m, minimum):
     return z, np.ascontiguousarray(frame.T), log_f if evaluations > 0 else math.nan, w, smallest
 
 
-@compiled(exact=True)
+@compiled()
 def _share(weights, log_likelihood, top, power):
     """(Σ w r)²/Σ w r² with r = exp(power·(log-likelihood − top)), in (0, 1]: the share of effective samples."""
     first = second = 0.0
@@ -51,7 +51,7 @@ def _share(weights, log_likelihood, top, power):
     return first * first / second
 
 
-@compiled(exact=True)
+@compiled()
 def fraction(weights, log_likelihood, minimum, remaining):
     """Return the largest power ≤ remaining whose effective share is `minimum` of what a vanishing power leaves.
 

@@ -28,7 +28,7 @@ F, G0, G1, G2, G3 = 3 * LANES, 4 * LANES, 5 * LANES, 6 * LANES, 7 * LANES
 H00, H01, H02, H11, H12, H22 = 8 * LANES, 9 * LANES, 10 * LANES, 11 * LANES, 12 * LANES, 13 * LANES
 
 
-@compiled()
+@compiled(fast=True)
 def _block(w, d):
     """Fill all rows of w (ROWS·LANES,) but the first three: F, ω, upper 3×3 triangle of the Hessian of log F.
 
@@ -66,7 +66,7 @@ def _block(w, d):
         w[H12 + i] = fma(n, w[H12 + i], -(g1 * g2)) * two
 
 
-@compiled()
+@compiled(fast=True)
 def derivatives_lanes(z, log_f, gradient, hessian):
     """For each row of z (n, d), d ≤ 4, any order and offset: log F (n,), ω (n, d), its Hessian (n, d, d), all written.
 
@@ -131,7 +131,7 @@ def derivatives_lanes(z, log_f, gradient, hessian):
     return -1
 
 
-@compiled()
+@compiled(fast=True)
 def derivatives_rows(z, log_f, gradient, hessian):
     """`derivatives_lanes` in any dimension."""
     n, d = z.shape
@@ -148,7 +148,7 @@ def derivatives_rows(z, log_f, gradient, hessian):
     return -1
 
 
-@compiled()
+@compiled(fast=True)
 def _ascending(w, order):
     """Write the order (d,) that sorts w (d,)."""
     for i in range(w.size):
@@ -159,7 +159,7 @@ def _ascending(w, order):
         order[j] = i
 
 
-@compiled()
+@compiled(fast=True)
 def newton_rows_4(w, z, log_f, evaluations):
     """For each row of w (n, d), d ≤ 4, any order, Σ = 1: z (n, d) with ∇ log F(z) = w, log F (n,), evaluations (n,).
 
@@ -178,7 +178,7 @@ def newton_rows_4(w, z, log_f, evaluations):
         z[k, order[d - 1]] = y[3]
 
 
-@compiled()
+@compiled(fast=True)
 def newton_rows(w, z, log_f, evaluations):
     """`newton_rows_4` in any dimension."""
     n, d = w.shape
@@ -192,7 +192,7 @@ def newton_rows(w, z, log_f, evaluations):
             z[k, order[i]] = y[i]
 
 
-@compiled()
+@compiled(fast=True)
 def diagonalize_rows_4(matrices, values, frames):
     """Eigenvalues (n, 4), ascending, and eigenvectors (n, 4, 4; by rows) of matrices (n, 4, 4).
 

@@ -24,7 +24,7 @@ WEIGHTS_R, WEIGHTS_I = np.ascontiguousarray(_weights.real), np.ascontiguousarray
 LOG_FRONT_4 = float(LOG_FRONT[2])
 
 
-@compiled(inline=True, exact=True)
+@compiled(inline=True)
 def node_4(sr, si, cr, ci, z0, z1, z2):
     """Return what the node s = sr + i·si with weight cr + i·ci adds to the sums for d = 4 and z₃ = 0.
 
@@ -71,7 +71,7 @@ def node_4(sr, si, cr, ci, z0, z1, z2):
             fma(i1, a1, -r1) * n1, fma(i1, a2, -r1) * n2, fma(i2, a2, -r2) * n2)  # fmt: skip
 
 
-@compiled(inline=True, exact=True)
+@compiled(inline=True)
 def _add_up(terms, count):
     """Add the 8 terms of each sum, the nodes', in a fixed order, to the first of them.
 
@@ -82,7 +82,7 @@ def _add_up(terms, count):
         terms[j] = even + ((terms[j + 1] + terms[j + 5]) + (terms[j + 3] + terms[j + 7]))
 
 
-@compiled(inline=True, exact=True)
+@compiled(inline=True)
 def sums_4(z0, z1, z2, d, cr, ci, terms):
     """Return F / (2 π^{d/2}), ω (four) and h00, h01, h02, h11, h12, h22 of the Hessian of log F, z₃ = 0.
 
@@ -116,14 +116,14 @@ def sums_4(z0, z1, z2, d, cr, ci, terms):
     return f, g0, g1, g2, g3, h00, h01, h02, h11, h12, h22
 
 
-@compiled(exact=True)
+@compiled()
 def moments_4(z, w, terms):
     """Return log F for d = 4; write ω = ∇ log F. z (4,) in, its largest entry z[3] = 0; w (4,) out."""
     f, w[0], w[1], w[2], w[3], _, _, _, _, _, _ = sums_4(z[0], z[1], z[2], 4, CR, CI, terms)
     return math.log(f) + LOG_FRONT_4
 
 
-@compiled(exact=True)
+@compiled()
 def moments_2(z1, terms):
     """Return (log F, ω₁, ∂ω₁/∂z₁) for d = 2 and z = (z₁ ≤ 0, 0); ω₂ = 1 − ω₁ and the Hessian is ±∂ω₁/∂z₁.
 

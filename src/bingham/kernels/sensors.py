@@ -75,7 +75,7 @@ class Kept(NamedTuple):
     decision: NDArray[np.int8]
 
 
-@compiled(exact=True)
+@compiled()
 def vector_likelihood(b0, b1, b2, r, concentration, matrix):
     """Write κ (K(r, b) − I) for the unit world vector r and the body vector b, scaled to unit length, to matrix (4, 4).
 
@@ -102,7 +102,7 @@ def vector_likelihood(b0, b1, b2, r, concentration, matrix):
     return True
 
 
-@compiled(exact=True)
+@compiled()
 def heading_likelihood(q, m0, m1, m2, east, north, concentration, matrix):
     """Write −2κ v vᵀ, v = k ⊗ q_h, to matrix (4, 4): q rotated about the vertical until m points to (east, north).
 
@@ -126,7 +126,7 @@ def heading_likelihood(q, m0, m1, m2, east, north, concentration, matrix):
     return True
 
 
-@compiled(exact=True)
+@compiled()
 def _log_noises(sensors, share, terms, out):
     """Write log-normalisers of the likelihoods at this factor of their concentrations to out (S,)."""
     for s in range(sensors.kind.size):
@@ -141,7 +141,7 @@ def _log_noises(sensors, share, terms, out):
             out[s] = sensors.log_normalizer[s]
 
 
-@compiled(exact=True)
+@compiled()
 def _orientation_likelihood(sensors, s, row, rotated):
     """Write the noise axes of sensor s about its measured orientation to rotated (4, 4); return accepted or missing."""
     i = sensors.column[s]
@@ -154,7 +154,7 @@ def _orientation_likelihood(sensors, s, row, rotated):
     return ACCEPTED
 
 
-@compiled(exact=True)
+@compiled()
 def _likelihood(sensors, s, row, frame, share, rotated, matrix):
     """Write the likelihood of sensor s for a row of measurements to rotated (noise axes) or matrix, both (4, 4).
 
@@ -175,7 +175,7 @@ def _likelihood(sensors, s, row, frame, share, rotated, matrix):
     return ACCEPTED if usable else UNUSABLE
 
 
-@compiled(exact=True)
+@compiled()
 def run_sequences(z, frame, motion, measurements, sensors, shares, kept):
     """Filter B sequences: for every row of measurements (B, T, N) predict, then update with each sensor that has one.
 
@@ -273,7 +273,7 @@ def run_sequences(z, frame, motion, measurements, sensors, shares, kept):
                 s += 1
 
 
-@compiled(exact=True)
+@compiled()
 def run_2(z, frame, motion, measurements, sensors, shares, kept):
     """`run_sequences` for one sensor of d = 2, where angles add; motion.tangents[0, 0, 0] is the small moment."""
     steps = measurements.shape[1]

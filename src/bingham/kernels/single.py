@@ -24,7 +24,7 @@ __all__ = ["added_4", "composed_2", "composed_4", "composed_spin", "conditioned_
            "updated_2", "updated_4"]  # fmt: skip
 
 
-@compiled(exact=True)
+@compiled()
 def composed_4(z, m, mode, tangent, weight, left):
     """Return (z', M', log F') of `step.compose_4`."""
     z, frame = z.copy(), m.T.copy()
@@ -32,7 +32,7 @@ def composed_4(z, m, mode, tangent, weight, left):
     return z, frame.T.copy(), log_f
 
 
-@compiled(exact=True)
+@compiled()
 def diffused_4(z, uniform_weight):
     """Return (z', log F') of `step.diffuse_4`."""
     z = z.copy()
@@ -40,7 +40,7 @@ def diffused_4(z, uniform_weight):
     return z, log_f
 
 
-@compiled(exact=True)
+@compiled()
 def updated_4(z, m, y, sensor_z, sensor_frame, left):
     """Return (z', M', log F', top) of `step.update_4` for the measured orientation y and conjugated noise axes."""
     z, frame, rotated = z.copy(), m.T.copy(), sensor_frame.copy()
@@ -50,7 +50,7 @@ def updated_4(z, m, y, sensor_z, sensor_frame, left):
     return z, frame.T.copy(), moments_4(z, work[0], work[4]), top
 
 
-@compiled(exact=True)
+@compiled()
 def added_4(z, m, matrix):
     """Return (z', M', log F', top) of `step.add_matrix_4`."""
     z, frame = z.copy(), m.T.copy()
@@ -59,7 +59,7 @@ def added_4(z, m, matrix):
     return z, frame.T.copy(), moments_4(z, work[0], work[4]), top
 
 
-@compiled(exact=True)
+@compiled()
 def _distribution_2(z1, c, s):
     z, m = np.empty(2), np.empty((2, 2))
     z[0], z[1] = z1, 0.0
@@ -68,7 +68,7 @@ def _distribution_2(z1, c, s):
     return z, m
 
 
-@compiled(exact=True)
+@compiled()
 def composed_2(z, m, mode, noise_w):
     """Return (z', M', log F') of x ⊕ v, d = 2: angles add, noise_w is the small moment of v."""
     terms = np.empty(32)
@@ -79,7 +79,7 @@ def composed_2(z, m, mode, noise_w):
     return z, m, log_f
 
 
-@compiled(exact=True)
+@compiled()
 def diffused_2(z, uniform_weight):
     """Return (z', log F') after isotropic diffusion, d = 2."""
     z, terms = z.copy(), np.empty(32)
@@ -88,7 +88,7 @@ def diffused_2(z, uniform_weight):
     return z, log_f
 
 
-@compiled(exact=True)
+@compiled()
 def updated_2(z, m, y, sensor_z, sensor_mode):
     """Return (z', M', log F', top) of `step.update_2` for the measured direction y and the noise (sensor_z, mode)."""
     a, b = y[0] * sensor_mode[0] + y[1] * sensor_mode[1], y[1] * sensor_mode[0] - y[0] * sensor_mode[1]
@@ -98,7 +98,7 @@ def updated_2(z, m, y, sensor_z, sensor_mode):
     return z, m, log_f, top
 
 
-@compiled(exact=True)
+@compiled()
 def _as_noise(z, frame, left, tangent, work):
     """Write the tangent moment (3, 3) of the distribution (z, frame) and return its weight, as `compose_4` wants them.
 
@@ -113,7 +113,7 @@ def _as_noise(z, frame, left, tangent, work):
     return w[3]
 
 
-@compiled(exact=True)
+@compiled()
 def composed_spin(z, m, spin_z, spin_m):
     """Return (z', M', log F') of the moment-matched distribution of v ⊗ x, v ~ (spin_z, spin_m), x ~ (z, m)."""
     z, frame, spin = z.copy(), m.T.copy(), spin_m.T.copy()
@@ -123,7 +123,7 @@ def composed_spin(z, m, spin_z, spin_m):
     return z, frame.T.copy(), log_f
 
 
-@compiled(exact=True)
+@compiled()
 def conditioned_spin(spin_z, spin_m, z, m, y, sensor_z, sensor_frame, left):
     """Return (z', M', log F') of the spin given the orientation y of the body and its distribution one step before.
 

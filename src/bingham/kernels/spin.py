@@ -16,7 +16,7 @@ from bingham.kernels.compile import compiled
 __all__ = ["run_spin"]
 
 
-@compiled(exact=True)
+@compiled()
 def _product(p, q, out):
     w = p[0] * q[0] - p[1] * q[1] - p[2] * q[2] - p[3] * q[3]
     x = p[0] * q[1] + p[1] * q[0] + p[2] * q[3] - p[3] * q[2]
@@ -26,7 +26,7 @@ def _product(p, q, out):
     out[0], out[1], out[2], out[3] = w * n, x * n, y * n, z * n
 
 
-@compiled(exact=True)
+@compiled()
 def _exponential(r, out):
     angle = math.sqrt(r[0] * r[0] + r[1] * r[1] + r[2] * r[2])
     s = math.sin(0.5 * angle) / angle if angle > 1e-12 else 0.5
@@ -35,7 +35,7 @@ def _exponential(r, out):
         out[i + 1] = s * r[i]
 
 
-@compiled(exact=True)
+@compiled()
 def _matrices(r, rotation, jacobian):
     """Write R(r) and the left Jacobian J(r): the sum of rⁿ/n! and of rⁿ/(n+1)! of the cross-product matrix."""
     square = r[0] * r[0] + r[1] * r[1] + r[2] * r[2]
@@ -58,7 +58,7 @@ def _matrices(r, rotation, jacobian):
             jacobian[i, j] = same + b * cross + c * outer
 
 
-@compiled(exact=True)
+@compiled()
 def _invert(m, out):
     """Write the inverse of a symmetric positive definite m (3, 3); return its determinant."""
     a, b, c, d, e, f = m[0, 0], m[0, 1], m[0, 2], m[1, 1], m[1, 2], m[2, 2]
@@ -70,7 +70,7 @@ def _invert(m, out):
     return det
 
 
-@compiled(exact=True)
+@compiled()
 def run_spin(
     times, measured, start_time, q, rate, covariance, walk, noise, body, out_q, out_rate, out_p, evidence, nis
 ):

@@ -28,7 +28,7 @@ INTERVALS = 32
 WIDTH = 6.0
 
 
-@compiled(exact=True)
+@compiled()
 def _bessel(x):
     """I₀(x) e^{−x} for x ≥ 0, to 2e-7 relative (Abramowitz & Stegun 9.8.1–9.8.2)."""
     if x < 3.75:
@@ -43,7 +43,7 @@ def _bessel(x):
     return value / math.sqrt(x)
 
 
-@compiled(exact=True)
+@compiled()
 def _normalizer(z, first, scale):
     """F of the concentrations scale·z[first:], up to a factor that depends on their number only."""
     count = z.size - first
@@ -61,7 +61,7 @@ def _normalizer(z, first, scale):
     return total
 
 
-@compiled(exact=True)
+@compiled()
 def _tabulate(z, axis, scale, density, total):
     """Fill density and its integral from 0 (INTERVALS + 1,) for the angle of `axis`; return the step."""
     rest = z.size - axis - 1
@@ -85,7 +85,7 @@ def _tabulate(z, axis, scale, density, total):
     return step
 
 
-@compiled(exact=True)
+@compiled()
 def _quantile(density, total, step, share):
     """Angle at which the tabulated integral reaches the share of the whole."""
     target = share * total[INTERVALS]
@@ -104,7 +104,7 @@ def _quantile(density, total, step, share):
     return (low + min(t, 1.0)) * step
 
 
-@compiled(exact=True)
+@compiled()
 def transport(normal, pairs, z, out):
     """Write unit vectors (m, d), last entry ≥ 0, for standard normal points (m, d−1) and z (d,) ascending, z[d−1] = 0.
 

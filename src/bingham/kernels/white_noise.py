@@ -13,7 +13,7 @@ from bingham.kernels.quaternion import from_rotation_vector, product
 __all__ = ["white_noise_evidence"]
 
 
-@compiled(exact=True)
+@compiled()
 def _condition(p, x, h, residual, variance, column):
     """Kalman update of (x, p) by one number, residual = h·(e − x) + noise; return its log-density."""
     n = p.shape[0]
@@ -33,7 +33,7 @@ def _condition(p, x, h, residual, variance, column):
     return -0.5 * (residual * residual / s + math.log(s) + LOG_2PI)
 
 
-@compiled(exact=True)
+@compiled()
 def white_noise_evidence(steps, gyroscope, accelerometer, magnetometer, q, field, gravity, noise, walk, bias_std):
     """Return the log-density of all samples of accelerometer and magnetometer given the gyroscope's.
 
