@@ -39,6 +39,7 @@ def run(arguments: list[str], folder: str, cache: str) -> tuple[float, float]:
     """Return processor and wall time, s, of Python with these arguments, children included."""
     environment = os.environ | {"NUMBA_CACHE_DIR": cache, "MPLBACKEND": "Agg"}
     environment |= {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
+    environment.pop("PYTHONDONTWRITEBYTECODE", None)  # as users have it: Python keeps its own compiled modules too
     before, start = resource.getrusage(resource.RUSAGE_CHILDREN), perf_counter()
     subprocess.run([sys.executable, *arguments], cwd=folder, env=environment, check=True, capture_output=True)
     wall, after = perf_counter() - start, resource.getrusage(resource.RUSAGE_CHILDREN)

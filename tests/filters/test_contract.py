@@ -42,6 +42,8 @@ from bingham.validation import check_kind, unit_rows
 DT = 0.125
 LENGTH, MISSING_ROW = 12, 6
 RATE = np.array([0.2, -0.1, 0.3])
+# BLAS rounds by the processor and by where an array lies; a run of second-order filters carries that to 1e-11 rad.
+ROUNDING = 1e-9
 
 
 def distribution(k, d):
@@ -252,8 +254,8 @@ def test_only_motion_in_continuous_time_depends_on_the_length_of_a_step(entry):
         return
     first, *others = (f.update(f.predict(prior, controls[0], dt), z[0]) for dt in (None, DT, 100.0 * DT))
     for state, info in others:
-        np.testing.assert_array_equal(state.mode, first[0].mode)
-        np.testing.assert_array_equal(info.log_evidence, first[1].log_evidence)
+        assert geodesic_error(state.mode, first[0].mode) < ROUNDING
+        np.testing.assert_allclose(info.log_evidence, first[1].log_evidence, atol=ROUNDING)
 
 
 def test_a_missing_measurement_leaves_the_state_as_it_is(entry):
@@ -266,8 +268,8 @@ def test_a_missing_measurement_leaves_the_state_as_it_is(entry):
     seen = f.update(predicted, z[1])
     for state in (missing, also):
         again = f.update(state, z[1])
-        np.testing.assert_array_equal(again[0].mode, seen[0].mode)
-        np.testing.assert_array_equal(again[1].log_evidence, seen[1].log_evidence)
+        assert geodesic_error(again[0].mode, seen[0].mode) < ROUNDING
+        np.testing.assert_allclose(again[1].log_evidence, seen[1].log_evidence, atol=ROUNDING)
 
 
 def test_mistakes_are_named(entry):
@@ -307,11 +309,11 @@ def test_scipy_rotations_are_taken_wherever_a_quaternion_is(entry):
         return
     turn = controls[0] if kind == "rate" else Rotation.from_quat(controls[0], scalar_first=True)
     a, b = f.predict(prior, controls[0], DT), f.predict(prior, turn, DT)
-    assert geodesic_error(a.mode, b.mode) < 1e-12
+    assert geodesic_error(a.mode, b.mode) < ROUNDING
     if isinstance(f, SampledFilter) or z.shape[1] != 4:
         return  # its measurements are the likelihood's own, or those of several sensors
     a, b = f.update(a, z[0])[0], f.update(b, Rotation.from_quat(z[0], scalar_first=True))[0]
-    assert geodesic_error(a.mode, b.mode) < 1e-12
+    assert geodesic_error(a.mode, b.mode) < ROUNDING
     times, start = times_of(f)
     known = z.copy()
     known[MISSING_ROW] = known[0]
@@ -319,7 +321,7 @@ def test_scipy_rotations_are_taken_wherever_a_quaternion_is(entry):
     turns = controls if kind == "rate" else Rotation.from_quat(controls, scalar_first=True)
     a = f.run(prior, known, controls=controls, times=times, start_time=start)
     b = f.run(prior, seen, controls=turns, times=times, start_time=start)
-    assert geodesic_error(a.modes, b.modes).max() < 1e-12
+    assert geodesic_error(a.modes, b.modes).max() < ROUNDING
 
 
 @pytest.mark.parametrize("name", [n for n, (f, _, _) in FILTERS.items() if f.batched])

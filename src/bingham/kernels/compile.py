@@ -9,6 +9,7 @@ import numba
 from numba import types
 from numba.core.registry import CPUDispatcher
 
+from bingham.kernels.brisk import brisk_compilation
 from bingham.kernels.cache import kernel_cache
 
 __all__ = ["compiled"]
@@ -25,6 +26,10 @@ class _Kernel(CPUDispatcher):
     def get_call_template(self, args: Any, kws: Any) -> Any:
         return super().get_call_template(tuple(types.unliteral(a) for a in args), kws)
 
+    def compile(self, sig: Any) -> Any:
+        with brisk_compilation():
+            return super().compile(sig)
+
 
 class _Inner(_Kernel):
     """A function whose machine code only compiled code can call."""
@@ -33,11 +38,16 @@ class _Inner(_Kernel):
         return self.py_func(*args, **kwargs)
 
 
-def compiled(*, inline: bool = False, parallel: bool = False, fast: bool = False) -> Callable[[F], F]:
+def compiled(
+    *, inner: bool = False, inline: bool = False, parallel: bool = False, fast: bool = False
+) -> Callable[[F], F]:
     """Compile a function with Numba at its first call and keep the machine code on disk.
 
     Parameters
     ----------
+    inner : bool
+        Only compiled code calls the function: it needs no way in from Python, where its source runs instead. So with
+        a leading underscore or `inline`.
     inline : bool
         Copy the function into its compiled callers (LLVM ``alwaysinline``), for the scalar helpers of hot loops.
     parallel : bool
@@ -49,9 +59,7 @@ def compiled(*, inline: bool = False, parallel: bool = False, fast: bool = False
     Returns
     -------
     decorator
-        Leaves the function's type as it is; the plain Python source stays reachable as ``function.py_func``. Functions
-        to be inlined, or with a leading underscore, are compiled for compiled callers only: from Python their source
-        runs.
+        Leaves the function's type as it is; the plain Python source stays reachable as ``function.py_func``.
     """
 
     def decorate(function: F) -> F:
@@ -61,13 +69,12 @@ def compiled(*, inline: bool = False, parallel: bool = False, fast: bool = False
             options["fastmath"] = FAST_MATH
         if inline:
             options["forceinline"] = True
-        # What only compiled code calls needs no way in from Python.
-        inner = inline or function.__name__.startswith("_")
-        options["no_cpython_wrapper"] = inner
+        only_inner = inner or inline or function.__name__.startswith("_")
+        options["no_cpython_wrapper"] = only_inner
         if parallel:
             options["parallel"] = True
         dispatcher: Any = numba.njit(**options)(function)
-        dispatcher.__class__ = _Inner if inner else _Kernel
+        dispatcher.__class__ = _Inner if only_inner else _Kernel
         dispatcher._cache = kernel_cache(function)
         return cast(F, dispatcher)
 

@@ -17,7 +17,7 @@ MINUS, PLUS, POINT, COMMA, NEWLINE, ZERO, EXPONENT = 45, 43, 46, 44, 10, 48, 101
 LARGEST_FIXED = 1e15
 
 
-@compiled()
+@compiled(inner=True)
 def put_integer(out, at, n, width):
     """Write n ≥ 0 with at least `width` digits at out[at]; return the position after it."""
     digits = 1
@@ -33,7 +33,7 @@ def put_integer(out, at, n, width):
     return at + digits
 
 
-@compiled()
+@compiled(inner=True)
 def put_fixed(out, at, x, decimals, tens):
     """Write 0 ≤ x < 1e15 rounded to so many decimals, without zeros at the end."""
     scale = np.int64(tens[decimals])
@@ -51,7 +51,7 @@ def put_fixed(out, at, x, decimals, tens):
     return at
 
 
-@compiled()
+@compiled(inner=True)
 def put_significant(out, at, x, digits, tens):
     """Write x > 0 rounded to so many significant digits, at most 17."""
     power = int(np.floor(np.log10(x)))

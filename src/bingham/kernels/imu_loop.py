@@ -82,7 +82,7 @@ def due(s, par):
     return s.phase > 0 and s.elapsed >= par.update_interval - 5e-7
 
 
-@compiled()
+@compiled(inner=True)
 def judge(s, k, t, before, last, held, x, y, z):
     """Return what becomes of the sample (x, y, z) of sensor k at t, the last at `before`: GOOD, HELD, BACK or BOTH.
 
@@ -114,7 +114,7 @@ def repeating(s):
     return s.matched >= ENOUGH_REPEATS and s.quiet_time == 0.0
 
 
-@compiled()
+@compiled(inner=True)
 def repeats(s, x, y, z):
     """Whether the rates now coming are, one by one, those of a moment before: a block sent twice.
 
@@ -153,7 +153,7 @@ def rotate(s, par, w, t, x, y, z):
     rotate_by(s, par, w, t, x, y, z)
 
 
-@compiled()
+@compiled(inner=True)
 def rotate_by(s, par, w, t, x, y, z):
     """Judge the rate (x, y, z) and integrate what is believed of it."""
     rate = s.rate
@@ -196,7 +196,7 @@ def beyond_range(s, i, value, dt):
     return math.copysign(min(abs(slope) * (time - 0.5 * dt) / 3.0, CLIP_EXCESS * abs(value)), value)
 
 
-@compiled()
+@compiled(inner=True)
 def integrate(s, par, w, t, x, y, z, bridged):
     """Rotate the orientation by the rate (x, y, z) since the last sample; `bridged` over one that was a spike."""
     rate = s.rate
@@ -323,7 +323,7 @@ def accelerate(s, par, w, t, x, y, z):
     push(s, par, t, x, y, z)
 
 
-@compiled()
+@compiled(inner=True)
 def push(s, par, t, x, y, z):
     """Integrate the specific force (x, y, z) since the last sample; start anew from it if the attitude is lost."""
     force = s.force
@@ -436,7 +436,7 @@ def readout(s, par, q, c, extra):
             c[i, i] += gap_variance(unseen, (s.rate[0] ** 2 + s.rate[1] ** 2 + s.rate[2] ** 2))
 
 
-@compiled()
+@compiled(inner=True)
 def report(s, w, row, begin, out, waiting, orientations, kept, count, restart):
     """Write what the last update says about samples and the orientation that waited, and what the smoother needs."""
     for k in range(begin, row):
@@ -455,7 +455,7 @@ def report(s, w, row, begin, out, waiting, orientations, kept, count, restart):
         copy(u.filtered, s.covariance)
 
 
-@compiled()
+@compiled(inner=True)
 def take(s, par, w, row, begin, out, waiting, orientations, seen, kept, count, restart):
     """Let the next orientation wait, after the one that still does; return begin, restart, count and waiting."""
     z = orientations[seen]
@@ -533,7 +533,7 @@ def run(s, par, w, time, gyroscope, accelerometer, magnetometer, orientations, o
     return count
 
 
-@compiled()
+@compiled(inner=True)
 def solve(a, b):
     """Replace b (n, n) by a⁻¹ b for a positive definite a (n, n), which is overwritten by its Cholesky factor."""
     n = a.shape[0]

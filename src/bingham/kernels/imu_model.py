@@ -141,7 +141,7 @@ def rotate_left(q, x, y, z):
     q[0], q[1], q[2], q[3] = a * n, b * n, c * n, d * n
 
 
-@compiled()
+@compiled(inner=True)
 def begin(s, par, f):
     """Start anew from the specific force f (3,): tilt from its direction, heading and biases as they are."""
     p = s.covariance
@@ -178,7 +178,7 @@ def begin(s, par, f):
     clear(s)
 
 
-@compiled()
+@compiled(inner=True)
 def clear(s):
     """Begin a new interval."""
     s.elapsed = s.travel = s.shake = s.force_time = s.clipped_time = s.field_count = 0.0
@@ -189,7 +189,7 @@ def clear(s):
             s.turn[i, j] = s.lost[i, j] = 0.0
 
 
-@compiled()
+@compiled(inner=True)
 def transition(s, par, F):
     """Write F: θ ← θ − C b; v ← v + g dt (θ × up) + K b − C a, with C = ∫R dt and K = −v × C + g dt (up × C)/2."""
     fall = par.gravity * s.elapsed
@@ -206,7 +206,7 @@ def transition(s, par, F):
     F[4, 0] = -fall
 
 
-@compiled()
+@compiled(inner=True)
 def process_noise(s, par, Q):
     """Write Q: white noise, scale errors that do not average out while the body keeps turning one way, faults."""
     dt = s.elapsed
@@ -227,7 +227,7 @@ def process_noise(s, par, Q):
     Q[3, 3] = Q[4, 4] = velocity
 
 
-@compiled()
+@compiled(inner=True)
 def copy(target, source):
     """Copy a matrix; Numba's own assignment of slices takes four seconds to compile."""
     n = source.shape[0]
@@ -236,7 +236,7 @@ def copy(target, source):
             target[i, j] = source[i, j]
 
 
-@compiled()
+@compiled(inner=True)
 def predict(s, w):
     """P ← F P Fᵀ + Q, kept in w.predicted too; zeros of F cost nothing."""
     p, a = s.covariance, w.product
@@ -268,7 +268,7 @@ def predict(s, w):
     copy(w.predicted, p)
 
 
-@compiled()
+@compiled(inner=True)
 def condition(p, w, innovation, variance):
     """Condition on one number, innovation = h·(e − x) + noise; return its log-density.
 
@@ -298,7 +298,7 @@ def condition(p, w, innovation, variance):
     return -0.5 * (innovation * innovation / s + math.log(s) + LOG_2PI)
 
 
-@compiled()
+@compiled(inner=True)
 def correct(s, x):
     """Move the state by the estimated error x (12,)."""
     rotate_left(s.orientation, x[0], x[1], x[2])
@@ -311,7 +311,7 @@ def correct(s, x):
         s.force_bias[i] = min(max(s.force_bias[i] + change, -MAXIMAL_FORCE_BIAS), MAXIMAL_FORCE_BIAS)
 
 
-@compiled()
+@compiled(inner=True)
 def speed_variance(s, par, dt):
     """Track over dt seconds how fast the body swings about its mean velocity; return (m/s)² per axis.
 
@@ -331,7 +331,7 @@ def speed_variance(s, par, dt):
     return s.swing_power + par.slow_velocity**2
 
 
-@compiled()
+@compiled(inner=True)
 def rest_is_believed(s, par, dt):
     """Whether a steady rate is a bias and not a slow turn; widen the bias where its prior was wrong.
 
@@ -356,7 +356,7 @@ def rest_is_believed(s, par, dt):
     return False
 
 
-@compiled()
+@compiled(inner=True)
 def update(s, par, w):
     """Close the interval: move the covariance over it, condition on what the sensors said, correct the state.
 
@@ -415,7 +415,7 @@ def update(s, par, w):
     s.lost_velocity, s.lost_bias = v, b
 
 
-@compiled()
+@compiled(inner=True)
 def forget_velocity(p, par):
     """Make the velocity error unknown and independent: without forces it says nothing about the tilt."""
     n = p.shape[0]
@@ -426,7 +426,7 @@ def forget_velocity(p, par):
         p[i, i] = 1.0 + par.slow_velocity**2
 
 
-@compiled()
+@compiled(inner=True)
 def tilt_consistency(s, par, speed2, dt):
     """Widen the estimate where the horizontal velocity, for seconds, is none that tilt and usual motion explain."""
     p = s.covariance
@@ -443,7 +443,7 @@ def tilt_consistency(s, par, speed2, dt):
         s.faults[CONTRADICTIONS] += 1
 
 
-@compiled()
+@compiled(inner=True)
 def watch(s, w, dt):
     """Hold the corrections made against those expected; adapt the noise of the tilt and what is reported.
 
@@ -465,7 +465,7 @@ def watch(s, w, dt):
         s.surprise = ratio
 
 
-@compiled()
+@compiled(inner=True)
 def heading_update(s, par, w):
     """Correct heading and bias by the mean field of the interval; return the log-evidence, set statistic and code.
 

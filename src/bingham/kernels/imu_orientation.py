@@ -108,7 +108,7 @@ def flush(s, par, w):
     return advance(s, par, w)
 
 
-@compiled()
+@compiled(inner=True)
 def coast(s, par, w, t):
     """Go on to time t without a sample of the gyroscope, at its last rate; that tells nothing of what a gap holds."""
     dt = t - s.last[0]
@@ -140,7 +140,7 @@ def coast(s, par, w, t):
         s.lost_velocity += min((par.gravity * dt) ** 2, 1e4)
 
 
-@compiled()
+@compiled(inner=True)
 def carry(s, lead):
     """Carry the orientation that waits to the instant that the state is of: the gyroscope's last, less its delay."""
     dt = s.last[0] - lead - s.seen_time
@@ -151,7 +151,7 @@ def carry(s, lead):
     q[0], q[1], q[2], q[3] = product(q[0], q[1], q[2], q[3], a, b, c, d)
 
 
-@compiled()
+@compiled(inner=True)
 def residual(r, m, q):
     """Write r (3,) with m = Exp(r) ⊗ q, |r| ≤ π."""
     a, b, c, d = product(m[0], m[1], m[2], m[3], q[0], -q[1], -q[2], -q[3])
@@ -162,7 +162,7 @@ def residual(r, m, q):
     r[0], r[1], r[2] = factor * b, factor * c, factor * d
 
 
-@compiled()
+@compiled(inner=True)
 def decompose(a):
     """Replace the lower triangle of a (3, 3), positive definite, by L and D of a = L D Lᵀ; L has a diagonal of ones."""
     for j in range(3):
@@ -174,7 +174,7 @@ def decompose(a):
             a[i, j] /= a[j, j]
 
 
-@compiled()
+@compiled(inner=True)
 def orient(s, par, w):
     """Condition on the orientation that waits; return its log-evidence. Leaves code and NIS in the state."""
     p, h, x, r, c = s.covariance, w.h, w.error, w.residual, w.noise
@@ -272,14 +272,14 @@ def orient(s, par, w):
     return s.seen_evidence
 
 
-@compiled()
+@compiled(inner=True)
 def adapt(s, ratio):
     """Let the gyroscope's noise follow the ratio of what corrections add up to and what they should."""
     s.seen_noise *= math.exp((min(ratio, MAXIMAL_RATIO) - 1.0) / ADAPT_COUNT)
     s.seen_noise = min(max(s.seen_noise, NOISE_RANGE[0]), NOISE_RANGE[1])
 
 
-@compiled()
+@compiled(inner=True)
 def surprise(s, c, r, turned):
     """Return NIS and log-density of the residual r (3,) under prediction and noise; c (3, 3) is overwritten.
 

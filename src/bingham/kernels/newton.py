@@ -46,7 +46,7 @@ def _move(v, step):
     return v + step if step > -0.9 * v else 0.1 * v
 
 
-@compiled()
+@compiled(inner=True)
 def newton_4(w, z, d, terms):
     """Solve ∇ log F(z) = w for d ≤ 4; w (4,) in, z (4,) out, for d < 4 with zeros in the places d − 1 … 2.
 
@@ -94,7 +94,7 @@ def newton_4(w, z, d, terms):
     return math.nan, -MAX_EVALUATIONS
 
 
-@compiled()
+@compiled(inner=True)
 def newton_2(w1, terms):
     """Solve ω₁(z₁) = w1 ≤ ½ for d = 2; return (z₁, log F, evaluations), evaluations negative if not converged."""
     wd = 1.0 - w1

@@ -31,7 +31,7 @@ def _saddlepoint(z):
     return s
 
 
-@compiled(fast=True)
+@compiled(inner=True, fast=True)
 def parabola(z, nodes, weights):
     """Write the contour of `kernels.contour` for z (d,), max 0, as nodes and weights (n,) for `derivatives`.
 

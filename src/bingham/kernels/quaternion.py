@@ -34,7 +34,7 @@ def from_rotation_vector(x, y, z):
     return c, s * x, s * y, s * z
 
 
-@compiled()
+@compiled(inner=True)
 def rotate_rows(frame, q, left):
     """Replace every row f of frame (n, 4) by f ⊗ q (left: q ⊗ f), in place."""
     s = -1.0 if left else 1.0

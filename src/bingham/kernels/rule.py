@@ -116,14 +116,14 @@ def sums_4(z0, z1, z2, d, cr, ci, terms):
     return f, g0, g1, g2, g3, h00, h01, h02, h11, h12, h22
 
 
-@compiled()
+@compiled(inner=True)
 def moments_4(z, w, terms):
     """Return log F for d = 4; write ω = ∇ log F. z (4,) in, its largest entry z[3] = 0; w (4,) out."""
     f, w[0], w[1], w[2], w[3], _, _, _, _, _, _ = sums_4(z[0], z[1], z[2], 4, CR, CI, terms)
     return math.log(f) + LOG_FRONT_4
 
 
-@compiled()
+@compiled(inner=True)
 def moments_2(z1, terms):
     """Return (log F, ω₁, ∂ω₁/∂z₁) for d = 2 and z = (z₁ ≤ 0, 0); ω₂ = 1 − ω₁ and the Hessian is ±∂ω₁/∂z₁.
 

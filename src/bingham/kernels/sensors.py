@@ -75,7 +75,7 @@ class Kept(NamedTuple):
     decision: NDArray[np.int8]
 
 
-@compiled()
+@compiled(inner=True)
 def vector_likelihood(b0, b1, b2, r, concentration, matrix):
     """Write κ (K(r, b) − I) for the unit world vector r and the body vector b, scaled to unit length, to matrix (4, 4).
 
@@ -102,7 +102,7 @@ def vector_likelihood(b0, b1, b2, r, concentration, matrix):
     return True
 
 
-@compiled()
+@compiled(inner=True)
 def heading_likelihood(q, m0, m1, m2, east, north, concentration, matrix):
     """Write −2κ v vᵀ, v = k ⊗ q_h, to matrix (4, 4): q rotated about the vertical until m points to (east, north).
 

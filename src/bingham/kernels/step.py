@@ -22,13 +22,13 @@ __all__ = ["add_matrix_4", "compose_4", "composed_moments_4", "diffuse_4", "tang
            "work_space_4"]  # fmt: skip
 
 
-@compiled()
+@compiled(inner=True)
 def work_space_4():
     """Scratch arrays shared by the d = 4 steps: moments (4,), three matrices (4, 4), terms of a sum (88,)."""
     return np.empty(4), np.empty((4, 4)), np.empty((4, 4)), np.empty((4, 4)), np.empty(88)
 
 
-@compiled()
+@compiled(inner=True)
 def diffuse_4(z, uniform_weight, work):
     """Isotropic diffusion: ω ← ω + c (¼ − ω), c = `uniform_weight` = 1 − exp(−σ²t); the frame stays. Returns log F."""
     w = work[0]
@@ -39,7 +39,7 @@ def diffuse_4(z, uniform_weight, work):
     return log_f
 
 
-@compiled()
+@compiled(inner=True)
 def compose_4(z, frame, mode, tangent, weight, left, work):
     """Moment-matched distribution of x ⊕ v (left: v ⊕ x), in place; returns log F. Noise as `composed_moments_4`."""
     moments_4(z, work[0], work[4])
@@ -50,7 +50,7 @@ def compose_4(z, frame, mode, tangent, weight, left, work):
     return log_f
 
 
-@compiled()
+@compiled(inner=True)
 def tangent_vectors(frame, left, a):
     """Write the vector parts a[j] of conj(m) ⊗ frame[j] (left: frame[j] ⊗ conj(m)), m = frame[3], j < 3."""
     s = -1.0 if left else 1.0
@@ -62,7 +62,7 @@ def tangent_vectors(frame, left, a):
             a[row, i] = m[0] * q[i + 1] - m[i + 1] * q[0] - s * (m[j] * q[k] - m[k] * q[j])
 
 
-@compiled()
+@compiled(inner=True)
 def composed_moments_4(frame, tangent, weight, left, work):
     """Frame and moments work[0] of x ⊕ v (left: v ⊕ x) from those of x ⊕ mode, in place; rounding drift stays.
 
@@ -109,7 +109,7 @@ def _posterior_4(z, frame, work):
     return min(top, 0.0)
 
 
-@compiled()
+@compiled(inner=True)
 def update_4(z, frame, likelihood_z, likelihood_frame, work):
     """Multiply by exp(Σ likelihood_z[m] (n_mᵀ x)²), n_m = likelihood_frame[m]; return the largest eigenvalue, ≤ 0.
 
@@ -128,7 +128,7 @@ def update_4(z, frame, likelihood_z, likelihood_frame, work):
     return _posterior_4(z, frame, work)
 
 
-@compiled()
+@compiled(inner=True)
 def add_matrix_4(z, frame, matrix, work):
     """Multiply by exp(xᵀ L x) for a symmetric L (4, 4) with largest eigenvalue 0; as `update_4`."""
     _, c, b, _, _ = work
@@ -141,7 +141,7 @@ def add_matrix_4(z, frame, matrix, work):
     return _posterior_4(z, frame, work)
 
 
-@compiled()
+@compiled(inner=True)
 def update_2(z1, c, s, y1, a, b):
     """Product of the d = 2 distributions with (z1, mode (c, s)) and (y1, mode (a, b)).
 
