@@ -37,7 +37,7 @@ def copy(tmp_path):
     package = tmp_path / "bingham"
     (package / "kernels").mkdir(parents=True)
     (package / "__init__.py").write_text("")
-    for name in ("__init__.py", "cache.py", "compile.py"):
+    for name in ("__init__.py", "brisk.py", "cache.py", "compile.py"):
         shutil.copy(PACKAGE / "kernels" / name, package / "kernels" / name)
     (package / "kernels" / "made_caller.py").write_text(CALLER)
     (package / "kernels" / "made_helper.py").write_text(HELPER.format("1.0"))

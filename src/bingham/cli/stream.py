@@ -142,14 +142,14 @@ class Follower:
         ready, self._ready = self._ready, []
         if not self._queue:
             return ready
-        from bingham.kernels.imu_follow import follow as run
+        from bingham.kernels.imu_live import follow
 
         rows = np.array(self._queue)
         self._queue.clear()
         out = np.empty((len(rows), 7))
         stream = self._stream
         sensors = rows[:, 0].astype(np.int64)
-        run(stream._record, stream._parameters, stream._work, sensors, np.ascontiguousarray(rows[:, 1:]), out)
+        follow(stream._state.values, stream._parameters, stream._work, sensors, np.ascontiguousarray(rows[:, 1:]), out)
         return ready + [
             _line(time, q, tilt, north, resting > 0)
             for time, (*q, tilt, north, resting) in zip(rows[:, 1].tolist(), out.tolist(), strict=True)

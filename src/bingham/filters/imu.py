@@ -16,7 +16,7 @@ from bingham.filters.imu_state import TOLD, ImuState
 from bingham.filters.imu_track import ImuTrack
 from bingham.filters.orientation_log import OrientationLog
 from bingham.filters.tangent import covariance_of_distribution, distribution_of_covariance
-from bingham.kernels.imu_loop import MAXIMAL_FORCE, SEEN, TRACK, UPDATE
+from bingham.kernels.imu_loop import MAXIMAL_FORCE, SEEN, UPDATE, Estimates
 from bingham.kernels.imu_loop import run as run_kernel
 from bingham.kernels.imu_loop import smooth as smooth_kernel
 from bingham.kernels.imu_model import BIAS, FIRST_SWING, FIRST_TILT, FORCE_BIAS, SIZE, SWING_PERIOD, VELOCITY, WORK
@@ -31,6 +31,7 @@ FloatArray = NDArray[np.float64]
 # Their places among the errors of the state.
 SPEEDS, BIASES, FORCE_BIASES = range(VELOCITY, BIAS), range(BIAS, FORCE_BIAS), range(FORCE_BIAS, SIZE)
 KEPT_APART = 0.1  # rad²: variance of the heading at the start above which only the drift since then is of use
+BLOCK = 1000  # samples at a time in search of the first that is one
 FREE_FALL = "zeros are free fall, which shows no up: leave it out, as NaN in a recording, if it is no sample"
 
 
@@ -310,18 +311,15 @@ class ImuFilter:
         before = state.faults
         n = recording.size
         updates = min(n, 1 + math.ceil(recording.duration_s / self.update_interval)) + 2 * len(seen) if smooth else 0
-        kept, out = np.zeros(updates, dtype=UPDATE), np.zeros(n, dtype=TRACK)
-        for name in ("mode", "covariance", "statistic"):
-            out[name] = np.nan
-        none = np.empty((0, 3))
+        kept, out = np.zeros(updates, dtype=UPDATE), Estimates.blank(n, smooth=smooth)
         count = run_kernel(
             state.record,
             self.parameters,
             np.zeros(1, dtype=WORK)[0],
-            np.array(recording.time),
-            np.array(recording.gyroscope),
-            none if force is None else np.array(force),
-            none if field is None else np.array(field),
+            _read_only(recording.time),
+            _read_only(recording.gyroscope),
+            _read_only(np.empty((0, 3)) if force is None else force),
+            _read_only(np.empty((0, 3)) if field is None else field),
             seen if len(seen) or state.record["seen"] else None,
             out,
             kept,
@@ -330,28 +328,30 @@ class ImuFilter:
             smooth_kernel(kept[:count], out)
         given = recording.orientations
         if given is not None and given.mounting_covariance is not None:
-            turn = np.stack([rotate(out["mode"], axis) for axis in np.eye(3)], axis=-1)
-            out["covariance"] += turn @ given.mounting_covariance @ np.swapaxes(turn, 1, 2)
+            turn = np.stack([rotate(out.mode, axis) for axis in np.eye(3)], axis=-1)
+            out.covariance[:] += turn @ given.mounting_covariance @ np.swapaxes(turn, 1, 2)
         warn_of_faults(recording.name, {name: n - before[name] for name, n in state.faults.items()})
         log = None if recording.orientations is None else OrientationLog.of(seen)
         if log is not None:
             log.warn(recording.name)
-        drift = out["covariance"][:, 2, 2] - out["unknown_heading"]
-        apart = out["unknown_heading"] > KEPT_APART
+        relative, apart = np.full(n, np.nan), out.unknown_heading > KEPT_APART
+        if apart.any():
+            drift = out.covariance[apart, 2, 2] - out.unknown_heading[apart]
+            relative[apart] = np.sqrt(np.maximum(drift, 0.0))
         return ImuTrack(
             time=recording.time,
-            modes=out["mode"].copy(),
-            rotation_covariance=out["covariance"].copy(),
-            bias=out["bias"].copy(),
-            bias_std=out["bias_std"].copy(),
-            rest=out["rest"] > 0,
-            log_evidence=out["evidence"].copy(),
-            magnetometer_code=out["code"].astype(np.int8),
-            magnetometer_statistic=out["statistic"].copy(),
+            modes=out.mode,
+            rotation_covariance=out.covariance,
+            bias=out.bias,
+            bias_std=out.bias_std,
+            rest=out.rest,
+            log_evidence=out.evidence,
+            magnetometer_code=out.code,
+            magnetometer_statistic=out.statistic,
             final=state,
             smoothed=smooth,
             prior=prior,
-            relative_heading_std=np.where(apart, np.sqrt(np.maximum(drift, 0.0)), np.nan),
+            relative_heading_std=relative,
             orientations=log,
         )
 
@@ -406,15 +406,23 @@ def warn_of_faults(name: str, faults: dict[str, int]) -> None:
         warnings.warn(f"{name}: {'; '.join(told)}", RecordingWarning, stacklevel=4)
 
 
+def _read_only(array: FloatArray) -> FloatArray:
+    """Return a view (a copy, if it is not contiguous) that the kernel is compiled for, whosever array it is."""
+    view = np.ascontiguousarray(array, dtype=float).view()
+    view.flags.writeable = False
+    return view
+
+
 def _first(force: FloatArray | None) -> FloatArray:
     """Return the first accelerometer sample (3,) that is one."""
-    known = np.zeros((0, 3)) if force is None else force[np.isfinite(force[:, 0])]
-    size2 = np.sum(known**2, axis=1)
-    known = known[(size2 > 0.0) & (size2 <= MAXIMAL_FORCE**2)]
-    if not len(known):
-        got = "none" if force is None else "none but zeros"
-        raise InvalidArgumentError("recording", "at least one accelerometer sample", got, "gravity shows where up is")
-    return known[0]
+    given = np.empty((0, 3)) if force is None else force
+    for first in range(0, len(given), BLOCK):
+        size2 = np.sum(given[first : first + BLOCK] ** 2, axis=1)
+        believed = (size2 > 0.0) & (size2 <= MAXIMAL_FORCE**2)
+        if believed.any():
+            return given[first + int(np.argmax(believed))]
+    got = "none" if force is None else "none but zeros"
+    raise InvalidArgumentError("recording", "at least one accelerometer sample", got, "gravity shows where up is")
 
 
 def _least_turn(distribution: Bingham) -> Bingham:

@@ -17,9 +17,9 @@ from bingham.filters.imu_state import ImuState
 from bingham.filters.imu_track import MAGNETOMETER_CODES, UNIFORM_INCLINATION, UNIFORM_VARIANCE, bounded
 from bingham.filters.orientation_log import ORIENTATION_CODES
 from bingham.filters.tangent import distribution_of_covariance
-from bingham.kernels.imu_loop import MAXIMAL_FORCE, accelerate, due, magnetize, readout, rotate
+from bingham.kernels.imu_live import read, take_field, take_force, take_orientation, take_rate
+from bingham.kernels.imu_loop import MAXIMAL_FORCE
 from bingham.kernels.imu_model import BIAS, FORCE_BIAS, WORK
-from bingham.kernels.imu_orientation import advance, flush, observe, passed
 from bingham.recording import OrientationRecording, with_covariance
 from bingham.rotations import rotate as rotate_vectors
 from bingham.validation import unit_row
@@ -84,11 +84,11 @@ class ImuStream:
             raise InvalidArgumentError("prior", "None when a state is given", "both")
         check_start(prior, state)
         self._filter = ImuFilter() if filter is None else filter
-        self._parameters = self._filter.parameters
+        self._parameters = np.atleast_1d(self._filter.parameters)
         self._prior = prior
         self._state = self._filter.blank() if state is None else state.copy()
         self._record = self._state.record
-        self._work = np.zeros(1, dtype=WORK)[0]
+        self._work = np.zeros(1, dtype=WORK)
         self._times = self._state.newest.tolist()  # also of samples that are rejected
         self._log_evidence = 0.0
 
@@ -102,28 +102,21 @@ class ImuStream:
         """
         x, y, z = _finite("rate", rate)
         self._step(GYROSCOPE, time)
-        s, par = self._record, self._parameters
-        if due(s, par):
-            self._log_evidence += float(advance(s, par, self._work))
-        rotate(s, par, self._work, time, x, y, z)
-        if s["seen"] > 0 and passed(s):
-            self._log_evidence += float(advance(s, par, self._work))
+        self._log_evidence += take_rate(self._state.values, self._parameters, self._work, time, x, y, z)
 
     def accelerometer(self, time: float, force: Sequence[float] | FloatArray) -> None:
         """Take the specific force (3,), m/s², in body axes at `time`, s; see `gyroscope` for errors."""
         x, y, z = _finite("force", force)
         self._step(ACCELEROMETER, time)
-        s = self._record
-        if s["phase"] == 0 and 0.0 < math.hypot(x, y, z) <= MAXIMAL_FORCE:
+        if self._record["phase"] == 0 and 0.0 < math.hypot(x, y, z) <= MAXIMAL_FORCE:
             self._state.begin(self._filter.start([x, y, z], self._prior))
-        accelerate(s, self._parameters, self._work, time, x, y, z)
-        s["restarted"] = 0
+        take_force(self._state.values, self._parameters, self._work, time, x, y, z)
 
     def magnetometer(self, time: float, field: Sequence[float] | FloatArray) -> None:
         """Take the magnetic field (3,), any one unit, in body axes at `time`, s; see `gyroscope` for errors."""
         x, y, z = _finite("field", field)
         self._step(MAGNETOMETER, time)
-        magnetize(self._record, time, x, y, z)
+        take_field(self._state.values, time, x, y, z)
 
     @property
     def orientation(self) -> Reading:
@@ -150,13 +143,10 @@ class ImuStream:
             assert given.covariance is not None
             world = given.covariance[0]
         self._step(ORIENTATION, time)
-        s, par = self._record, self._parameters
-        if s["phase"] == 0 and math.isfinite(s["last"][0]):
+        if self._record["phase"] == 0 and math.isfinite(self._record["last"][0]):
             self._state.begin(self._filter.start_seen(orientation, world, self._prior))
-        if s["seen"] > 0:
-            self._log_evidence += float(flush(s, par, self._work))
-        if observe(s, par, time, orientation, world) and passed(s):
-            self._log_evidence += float(advance(s, par, self._work))
+        state, parameters, work = self._state.values, self._parameters, self._work
+        self._log_evidence += take_orientation(state, parameters, work, time, orientation, world)
 
     @property
     def orientation_decision(self) -> tuple[int, float, str]:
@@ -240,7 +230,7 @@ class ImuStream:
         """Return orientation (4,) and covariance (3, 3), world axes, as they are now."""
         q, c = np.full(4, np.nan), np.full((3, 3), np.nan)
         if self.started:
-            readout(self._record, self._parameters, q, c, np.empty((3, 3)))
+            read(self._state.values, self._parameters, q, c)
         return q, c
 
     def _step(self, sensor: int, time: float) -> None:
@@ -257,7 +247,7 @@ class ImuStream:
 
 def _finite(name: str, vector: Sequence[float] | FloatArray) -> tuple[float, float, float]:
     try:
-        x, y, z = (float(v) for v in vector)
+        x, y, z = map(float, vector.tolist() if isinstance(vector, np.ndarray) else vector)
     except (TypeError, ValueError):
         raise InvalidArgumentError(name, "three numbers", vector) from None
     if not (math.isfinite(x) and math.isfinite(y) and math.isfinite(z)):

@@ -6,6 +6,7 @@ The run over a recording and the event interface call the same functions, so tha
 from __future__ import annotations
 
 import math
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -61,10 +62,6 @@ MAXIMAL_SURPRISE = 100.0
 SHARED = 0.1  # of the smoother's gain in variance that is not claimed: errors that last are on both sides
 SHARED_LIMIT = 10.0
 BENDING = 0.25  # error of the linear recursion, in squares of the tilt it corrects
-TRACK = np.dtype([
-    ("mode", "f8", 4), ("covariance", "f8", (3, 3)), ("extra", "f8", (3, 3)), ("bias", "f8", 3), ("bias_std", "f8", 3),
-    ("evidence", "f8"), ("statistic", "f8"), ("code", "i8"), ("rest", "i8"), ("unknown_heading", "f8"),
-], align=True)  # fmt: skip
 SEEN = np.dtype([
     ("time", "f8"), ("orientation", "f8", 4), ("covariance", "f8", (3, 3)), ("code", "i8"), ("nis", "f8"),
     ("evidence", "f8"),
@@ -73,10 +70,43 @@ UPDATE = np.dtype([
     ("index", "i8"), ("restart", "i8"), ("error", "f8", SIZE), ("F", "f8", (SIZE, SIZE)),
     ("predicted", "f8", (SIZE, SIZE)), ("filtered", "f8", (SIZE, SIZE)),
 ], align=True)  # fmt: skip
+
+
+class Estimates(NamedTuple):
+    """What `run` writes, an entry for each sample, NaN as given before the start."""
+
+    mode: Any  # (N, 4)
+    covariance: Any  # (N, 3, 3), world axes
+    extra: Any  # (N, 3, 3) for the smoother, what no sample reveals; or (1, 3, 3)
+    bias: Any  # (N, 3)
+    bias_std: Any  # (N, 3)
+    evidence: Any  # (N,)
+    statistic: Any  # (N,), of the magnetometer's sample
+    code: Any  # (N,), what became of it
+    rest: Any  # (N,)
+    unknown_heading: Any  # (N,), rad², in the covariance
+
+    @classmethod
+    def blank(cls, size: int, *, smooth: bool) -> Estimates:
+        """Return those of a filter that has not begun."""
+        return cls(
+            np.full((size, 4), np.nan),
+            np.full((size, 3, 3), np.nan),
+            np.zeros((size if smooth else 1, 3, 3)),
+            np.zeros((size, 3)),
+            np.zeros((size, 3)),
+            np.zeros(size),
+            np.full(size, np.nan),
+            np.zeros(size, dtype=np.int8),
+            np.zeros(size, dtype=np.bool_),
+            np.zeros(size),
+        )
+
+
 RATE_REJECTED, FORCE_REJECTED, FIELD_REJECTED, ZEROS, CLIPPED, FROZEN, REPEATS, GAPS, RESTARTS = range(9)
 
 
-@compiled()
+@compiled(inner=True)
 def due(s, par):
     """Whether the interval since the last update is over (half a microsecond of rounding in times is forgiven)."""
     return s.phase > 0 and s.elapsed >= par.update_interval - 5e-7
@@ -292,7 +322,7 @@ def at_range_end(size):
     return size < 17.0 * GRAVITY and abs(g - 2.0) < 0.04
 
 
-@compiled()
+@compiled(inner=True)
 def accelerate(s, par, w, t, x, y, z):
     """Take the specific force (x, y, z) at t, which stands for the time since the last one."""
     if x == 0.0 and y == 0.0 and z == 0.0:
@@ -367,7 +397,7 @@ def push(s, par, t, x, y, z):
         s.clipped_time += dt
 
 
-@compiled()
+@compiled(inner=True)
 def magnetize(s, t, x, y, z):
     """Take the field (x, y, z) at t; return what becomes of it: a repetition says nothing new, absurd ones are none."""
     last = s.last_field
@@ -391,7 +421,7 @@ def magnetize(s, t, x, y, z):
     return PENDING
 
 
-@compiled()
+@compiled(inner=True)
 def readout(s, par, q, c, extra):
     """Write orientation q (4,) and its covariance c (3, 3), world axes, now; extra (3, 3) is what no sample reveals.
 
@@ -440,8 +470,8 @@ def readout(s, par, q, c, extra):
 def report(s, w, row, begin, out, waiting, orientations, kept, count, restart):
     """Write what the last update says about samples and the orientation that waited, and what the smoother needs."""
     for k in range(begin, row):
-        if out[k].code == PENDING:
-            out[k].code, out[k].statistic = s.code, s.statistic
+        if out.code[k] == PENDING:
+            out.code[k], out.statistic[k] = s.code, s.statistic
     if orientations is not None and waiting >= 0 and s.seen == 0:
         z = orientations[waiting]
         z.code, z.nis, z.evidence = s.seen_code, s.seen_nis, s.seen_evidence
@@ -460,7 +490,7 @@ def take(s, par, w, row, begin, out, waiting, orientations, seen, kept, count, r
     """Let the next orientation wait, after the one that still does; return begin, restart, count and waiting."""
     z = orientations[seen]
     if s.seen > 0:
-        out[row].evidence += flush(s, par, w)
+        out.evidence[row] += flush(s, par, w)
         report(s, w, row, begin, out, waiting, orientations, kept, count, restart)
         begin, restart, count = row, -1, count + 1
     started = s.phase > 0
@@ -479,14 +509,13 @@ def run(s, par, w, time, gyroscope, accelerometer, magnetometer, orientations, o
     time (N,), gyroscope, accelerometer, magnetometer (N, 3), the latter two NaN where there is no sample, or (0, 3).
     orientations: `SEEN` records (M,), in the order of their times, each used once the gyroscope has passed it; or None,
     for which nothing about them is compiled.
-    out: `TRACK` records (N,), one a sample; kept: `UPDATE` records for the smoother, or empty. Before the start
-    orientations and covariances stay as given. Returns the number of updates.
+    kept: `UPDATE` records for the smoother, or empty. Returns the number of updates.
     """
     count = begin = seen = 0
     waiting = restart = -1
     size = time.size
+    smoothing = out.extra.shape[0] == size
     for t in range(size):
-        o = out[t]
         if orientations is not None:  # those since the last sample
             while seen < orientations.size and orientations[seen].time < time[t]:
                 begin, restart, count, waiting = take(
@@ -498,21 +527,21 @@ def run(s, par, w, time, gyroscope, accelerometer, magnetometer, orientations, o
                 update(s, par, w)
             else:
                 advance(s, par, w)
-            o.evidence += s.evidence
+            out.evidence[t] += s.evidence
             report(s, w, t, begin, out, -1, orientations, kept, count, restart)
             begin, restart, count = t, -1, count + 1
         rotate(s, par, w, time[t], gyroscope[t, 0], gyroscope[t, 1], gyroscope[t, 2])
         if orientations is not None and passed(s):
-            o.evidence += advance(s, par, w)
+            out.evidence[t] += advance(s, par, w)
             report(s, w, t, begin, out, waiting, orientations, kept, count, restart)
             begin, restart, count = t, -1, count + 1
         if accelerometer.shape[0] > 0 and not math.isnan(accelerometer[t, 0]):
             accelerate(s, par, w, time[t], accelerometer[t, 0], accelerometer[t, 1], accelerometer[t, 2])
             if s.restarted > 0:
                 restart, s.restarted = t, 0
-        o.code = ABSENT
+        out.code[t] = ABSENT
         if magnetometer.shape[0] > 0 and not math.isnan(magnetometer[t, 0]):
-            o.code = magnetize(s, time[t], magnetometer[t, 0], magnetometer[t, 1], magnetometer[t, 2])
+            out.code[t] = magnetize(s, time[t], magnetometer[t, 0], magnetometer[t, 1], magnetometer[t, 2])
         if orientations is not None:  # those of the time of this one
             while seen < orientations.size and orientations[seen].time == time[t]:
                 begin, restart, count, waiting = take(
@@ -520,16 +549,16 @@ def run(s, par, w, time, gyroscope, accelerometer, magnetometer, orientations, o
                 )
                 seen += 1
             if passed(s):
-                o.evidence += advance(s, par, w)
+                out.evidence[t] += advance(s, par, w)
                 report(s, w, t, begin, out, waiting, orientations, kept, count, restart)
                 begin, restart, count = t, -1, count + 1
-        o.rest = s.resting > 0
-        o.unknown_heading = s.unknown_heading
+        out.rest[t] = s.resting > 0
+        out.unknown_heading[t] = s.unknown_heading
         for i in range(3):
-            o.bias[i] = s.bias[i]
-            o.bias_std[i] = math.sqrt(s.covariance[BIAS + i, BIAS + i])
+            out.bias[t, i] = s.bias[i]
+            out.bias_std[t, i] = math.sqrt(s.covariance[BIAS + i, BIAS + i])
         if s.phase > 0:
-            readout(s, par, o.mode, o.covariance, o.extra)
+            readout(s, par, out.mode[t], out.covariance[t], out.extra[t if smoothing else 0])
     return count
 
 
@@ -567,8 +596,8 @@ def solve(a, b):
 def smooth(kept, out):
     """Condition every state on the whole recording, in place (Rauch, Tung & Striebel 1965).
 
-    G = P Fᵀ (P⁻)⁻¹, P_s = P + G (P_s⁺ − P⁻) Gᵀ, e_s = G (e_s⁺ + correction). kept: `UPDATE` records (E,), out: `TRACK`
-    records (N,), as `run` leaves them. Across a restart nothing is handed back.
+    G = P Fᵀ (P⁻)⁻¹, P_s = P + G (P_s⁺ − P⁻) Gᵀ, e_s = G (e_s⁺ + correction). kept: `UPDATE` records (E,), out: as
+    `run` leaves it. Across a restart nothing is handed back.
     """
     count = kept.size
     n = SIZE
@@ -608,9 +637,8 @@ def smooth(kept, out):
             before[e, i] += after[e, i]
     e = -1
     root = np.empty(3)
-    for t in range(out.size):
-        o = out[t]
-        if math.isnan(o.mode[0]):
+    for t in range(out.mode.shape[0]):
+        if math.isnan(out.mode[t, 0]):
             continue
         while e + 1 < count and kept[e + 1].index <= t:
             e += 1
@@ -626,16 +654,17 @@ def smooth(kept, out):
         left, right, p = after[here], before[there], kept[here].filtered
         x, y = left[0] + share * (right[0] - left[0]), left[1] + share * (right[1] - left[1])
         a, b, c, d = from_rotation_vector(x, y, left[2] + share * (right[2] - left[2]))
-        m = o.mode
+        m = out.mode[t]
         m[0], m[1], m[2], m[3] = product(a, b, c, d, m[0], m[1], m[2], m[3])
         bent = BENDING * (x * x + y * y)
         for i in range(3):
-            o.bias[i] += left[BIAS + i] + share * (right[BIAS + i] - left[BIAS + i])
-            o.bias_std[i] = math.sqrt(p[BIAS + i, BIAS + i])
+            out.bias[t, i] += left[BIAS + i] + share * (right[BIAS + i] - left[BIAS + i])
+            out.bias_std[t, i] = math.sqrt(p[BIAS + i, BIAS + i])
             gained, most = online[here, i, i] - p[i, i], SHARED_LIMIT * p[i, i]
             root[i] = math.sqrt(SHARED * (most / gained if gained > most else 1.0))
         for i in range(3):
             for j in range(3):
-                o.covariance[i, j] = p[i, j] + root[i] * root[j] * (online[here, i, j] - p[i, j]) + o.extra[i, j]
-            o.covariance[i, i] += bent * bent
-        o.covariance[2, 2] += o.unknown_heading
+                shared = root[i] * root[j] * (online[here, i, j] - p[i, j])
+                out.covariance[t, i, j] = p[i, j] + shared + out.extra[t, i, j]
+            out.covariance[t, i, i] += bent * bent
+        out.covariance[t, 2, 2] += out.unknown_heading[t]

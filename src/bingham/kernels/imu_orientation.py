@@ -45,7 +45,7 @@ UNSEEN_NOISE = 0.3  # rad²/s, where the gyroscope is missing: 1 rad/s with a co
 DELAY_SHARE = 1.0 / 3.0  # of the gyroscope's delay that is not known
 
 
-@compiled()
+@compiled(inner=True)
 def advance(s, par, w):
     """Update the filter, with the orientation that waits if the gyroscope has passed it; return the log-evidence."""
     if s.elapsed > 0.0:
@@ -64,13 +64,13 @@ def advance(s, par, w):
     return evidence
 
 
-@compiled()
+@compiled(inner=True)
 def passed(s):
     """Whether the gyroscope has passed the orientation that waits."""
     return s.seen > 0 and s.last[0] >= s.seen_time
 
 
-@compiled()
+@compiled(inner=True)
 def observe(s, par, t, q, covariance):
     """Let the orientation q (4,), body to world, of time t wait for the gyroscope; covariance (3, 3), world axes.
 
@@ -100,7 +100,7 @@ def observe(s, par, t, q, covariance):
     return True
 
 
-@compiled()
+@compiled(inner=True)
 def flush(s, par, w):
     """Use the orientation that waits now: another one has come before a sample of the gyroscope."""
     if s.seen_time > s.last[0]:
