@@ -2,12 +2,14 @@
 
 import os
 import shutil
+import signal
 import subprocess
 import sys
 import time
 
 import pytest
 
+from bingham.cli.ending import Terminated, ending_in_order
 from bingham.studies.study import Chunk
 from bingham.studies.workers import in_processes
 from permissions import RESTRICTED, with_permissions
@@ -223,3 +225,21 @@ def test_a_home_that_cannot_be_written_changes_nothing(imu, tmp_path):
     assert done.returncode == 0
     assert [line for line in done.stderr.decode().splitlines() if "compiling" not in line] == []
     assert len(list((tmp_path / "out").iterdir())) == 2
+
+
+@pytest.mark.parametrize(("number", "raised"), [(signal.SIGTERM, Terminated), (signal.SIGINT, KeyboardInterrupt)])
+def test_a_signal_that_lands_in_a_destructor_is_not_lost(number, raised):
+    class Signalled:
+        def __del__(self):
+            signal.raise_signal(number)
+            time.sleep(0.001)
+
+    before = signal.signal(number, signal.default_int_handler)
+    try:
+        with pytest.raises(raised), ending_in_order():
+            for _ in range(1000):
+                Signalled()
+                time.sleep(0.01)
+                Signalled.__del__ = lambda self: None  # that one was dropped
+    finally:
+        signal.signal(number, before)

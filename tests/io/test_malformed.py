@@ -317,6 +317,12 @@ def test_tracks(tmp_path):
         ({"modes": np.ones((3, 4))}, "field modes, index 0"),
         ({"modes": np.full((3, 4), np.nan)}, "field modes, index 0"),
         ({"matrices": np.zeros((2, 4, 4))}, "field matrices"),
+        ({"matrices": np.zeros((3, 4, 3))}, "field matrices"),
+        ({"matrices": np.full((3, 4, 4), np.inf)}, "field matrices"),
+        ({"matrices": np.full((3, 4, 4), "x")}, "field matrices"),
+        ({"rotation_covariance_upper": np.zeros((3, 5))}, "field rotation_covariance_upper"),
+        ({"rotation_covariance_upper": np.full((3, 6), 1e300)}, "field rotation_covariance_upper"),
+        ({"rotation_covariance_upper": np.full((3, 6), np.inf)}, "field rotation_covariance_upper"),
     ):
         save_npz(file, good | {"format": "bingham-track-1"} | change)
         rejected(read_track, file, place, None)

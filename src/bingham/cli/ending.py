@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import os
 import signal
+import sys
 import threading
 from collections.abc import Generator
 from contextlib import contextmanager
@@ -24,7 +26,10 @@ class Terminated(BaseException):
 
 @contextmanager
 def ending_in_order() -> Generator[None]:
-    """Raise `KeyboardInterrupt` or `Terminated` in the block at the first such signal; further ones change nothing."""
+    """Raise `KeyboardInterrupt` or `Terminated` in the block at the first such signal; further ones change nothing.
+
+    Python drops exceptions in destructors and callbacks of the garbage collector: a signal that came there comes again.
+    """
     if threading.current_thread() is not threading.main_thread():
         yield
         return
@@ -35,12 +40,22 @@ def ending_in_order() -> Generator[None]:
             signal.signal(each, signal.SIG_IGN)
         raise KeyboardInterrupt if number == signal.SIGINT else Terminated(number)
 
+    def dropped(what: sys.UnraisableHookArgs) -> None:
+        if not issubclass(what.exc_type, KeyboardInterrupt | Terminated):
+            hook(what)
+            return
+        number = what.exc_value.number if isinstance(what.exc_value, Terminated) else signal.SIGINT
+        signal.signal(number, end)
+        threading.Timer(0.01, os.kill, (os.getpid(), number)).start()
+
     for number in SIGNALS:
         if signal.getsignal(number) not in (signal.SIG_IGN, None):
             before[number] = signal.signal(number, end)
+    hook, sys.unraisablehook = sys.unraisablehook, dropped
     try:
         yield
     finally:
+        sys.unraisablehook = hook
         for number, handler in before.items():
             if signal.getsignal(number) != signal.SIG_IGN:  # after the first one the process is about to end
                 signal.signal(number, handler)

@@ -47,7 +47,8 @@ class Fields:
         values = self.array(name)
         if values.dtype.kind not in "biuf":
             raise RecordingError(self.path, f"field {name}", f"of type {values.dtype}", "numbers are expected")
-        return values.astype(np.float64)
+        with np.errstate(invalid="ignore", over="ignore"):  # what does not fit is infinite, which is looked for
+            return values.astype(np.float64)
 
     def rows(self, name: str, width: int | None) -> NDArray[np.float64]:
         """Return a field of shape (N, width), or (N,) if `width` is None."""

@@ -13,7 +13,7 @@ from bingham.errors import InvalidArgumentError, RecordingError
 from bingham.io.checks import existing
 from bingham.io.fields import Fields
 from bingham.io.npz import load_archive, save_archive
-from bingham.io.track_fields import content_of
+from bingham.io.track_fields import PER_ROW, content_of
 from bingham.io.track_npz import expanded, reduced
 from bingham.recording import OrientationRecording
 
@@ -24,11 +24,9 @@ if TYPE_CHECKING:
 __all__ = ["TRACK", "read_track", "write_track_npz"]
 
 TRACK = "bingham-track-1"
-PER_STEP = {
-    "matrices", "covariance", "concentrations", "frames", "log_evidence", "accepted", "reason", "decision", "nis",
-    "rotation_covariance_upper", "bias", "bias_std", "rest", "magnetometer_code", "magnetometer_statistic",
-    "relative_heading_std",
-}  # fmt: skip
+# What the uncertainty is told by, and more than any of it can be.
+UNCERTAINTY = {"rotation_covariance", "rotation_covariance_upper", "covariance", "concentrations", "frames", "matrices"}
+LARGEST = 1e100
 
 
 def write_track_npz(
@@ -109,11 +107,17 @@ def read_track(path: str | Path) -> dict[str, Any]:
     modes = np.array(content["modes"])
     if modes.ndim == 2 and modes.shape[0] and modes.dtype.kind == "f":
         modes[: int(np.argmin(np.isnan(modes).all(axis=1)))] = np.eye(1, modes.shape[1])
-    Fields(path, content).build(OrientationRecording, names, time=content["time"], orientation=modes)
-    for name in PER_STEP & content.keys():
-        if content[name].shape[:1] != content["time"].shape:
-            got = f"of shape {content[name].shape} beside {len(content['time'])} times"
+    fields = Fields(path, content)
+    fields.build(OrientationRecording, names, time=content["time"], orientation=modes)
+    for name in PER_ROW.keys() & content.keys():
+        expected = (len(modes), *(modes.shape[1] if n == "d" else n for n in PER_ROW[name]))
+        if content[name].shape != expected:
+            got = f"of shape {content[name].shape}, not {expected}"
             raise RecordingError(path, f"field {name}", got, "write the track again")
+    for name in UNCERTAINTY & content.keys():
+        values = fields.as_numbers(name)
+        if (size := float(np.max(np.abs(values), initial=0.0, where=~np.isnan(values)))) > LARGEST:
+            raise RecordingError(path, f"field {name}", f"has a value of size {size:g}", "write the track again")
     content = expanded(content)
     return {
         k: str(v) if isinstance(v, np.ndarray) and v.dtype.kind == "U" and not v.ndim else v for k, v in content.items()

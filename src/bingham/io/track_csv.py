@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from bingham.atomic import replaced
 from bingham.errors import InvalidArgumentError, MissingExtraError
-from bingham.io.track_fields import Column, content_of, table
+from bingham.io.track_fields import PER_ROW, Column, content_of, table
 
 if TYPE_CHECKING:
     from bingham.filters.imu_track import ImuTrack
@@ -194,14 +194,3 @@ def _checked(content: dict[str, Any]) -> dict[str, Any]:
     if content.get("covariance") is not None and content.get("covariance_frame") not in ("body", "world"):
         raise InvalidArgumentError("covariance_frame", "'body' or 'world'", repr(content.get("covariance_frame")))
     return content
-
-
-# Shapes of a row of what has one for each time; d is the dimension.
-PER_ROW: dict[str, tuple[Any, ...]] = {
-    **dict.fromkeys(("time", "rest", "log_evidence", "accepted", "reason"), ()),
-    **dict.fromkeys(("magnetometer_code", "magnetometer_statistic", "relative_heading_std"), ()),
-    **dict.fromkeys(("modes", "concentrations"), ("d",)),
-    **dict.fromkeys(("frames", "matrices"), ("d", "d")),
-    **dict.fromkeys(("covariance", "rotation_covariance"), (3, 3)),
-    **dict.fromkeys(("bias", "bias_std"), (3,)),
-}

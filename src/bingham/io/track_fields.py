@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from bingham.filters.imu_track import ImuTrack
     from bingham.filters.track import Track
 
-__all__ = ["DEFAULT_FIELDS", "FIELDS", "Column", "content_of", "covariance_of", "deviations", "table"]
+__all__ = ["DEFAULT_FIELDS", "FIELDS", "PER_ROW", "Column", "content_of", "covariance_of", "deviations", "table"]
 
 FloatArray = NDArray[np.float64]
 Content = Mapping[str, Any]
@@ -26,6 +26,18 @@ class Column(NamedTuple):
     name: str
     digits: int
     values: NDArray[Any]
+
+
+# Shapes of a row of what has one for each time; d is the dimension.
+PER_ROW: dict[str, tuple[Any, ...]] = {
+    **dict.fromkeys(("time", "rest", "log_evidence", "accepted", "reason", "decision", "nis"), ()),
+    **dict.fromkeys(("magnetometer_code", "magnetometer_statistic", "relative_heading_std"), ()),
+    **dict.fromkeys(("modes", "concentrations"), ("d",)),
+    **dict.fromkeys(("frames", "matrices"), ("d", "d")),
+    **dict.fromkeys(("covariance", "rotation_covariance"), (3, 3)),
+    "rotation_covariance_upper": (6,),
+    **dict.fromkeys(("bias", "bias_std"), (3,)),
+}
 
 
 def content_of(track: Track[Any] | ImuTrack | Mapping[str, Any]) -> dict[str, Any]:

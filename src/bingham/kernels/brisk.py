@@ -43,7 +43,7 @@ def _remembering(resolve: Any) -> Any:
     known: dict[Any, Any] = {}
 
     def get_call_type(self: Any, context: Any, args: Any, kws: Any) -> Any:
-        key = (self, context, args, tuple(kws.items()))
+        key = (self, context, tuple(args), tuple(kws.items()))
         if key not in known:
             known[key] = resolve(self, context, args, kws)
         return known[key]
