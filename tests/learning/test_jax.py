@@ -20,6 +20,7 @@ from bingham.jax import (  # noqa: E402
     matrix_moment,
     moments,
     negative_log_likelihood,
+    on_cpu,
 )
 from reference.table import error_of_exp, references, relative_error  # noqa: E402
 
@@ -87,6 +88,62 @@ def test_transformations_agree_with_numpy(double):
     np.testing.assert_allclose((by_x * x).sum(-1), 0.0, atol=1e-6 * (1.0 if double else 1e6))
     second = jax.jit(jax.vmap(jax.hessian(matrix_log_normalizer)))(jnp.array(a))
     assert np.all(np.isfinite(second))
+
+
+def likelihood(a, x):
+    """Value and gradient as XLA compiles them now."""
+    return jax.jit(jax.value_and_grad(lambda a: negative_log_likelihood(a, x).sum()))(a)
+
+
+def test_operations_of_xla_serve_where_it_refuses_the_compiled_kernel(monkeypatch):
+    def refuse(*_, **__):
+        raise RuntimeError("version 1")
+
+    rows = references(4)
+    z = np.array([r.z for r in rows])
+    with jax.enable_x64(True):
+        a, x = jnp.concatenate([jnp.eye(4) * z[:, None, :], jnp.array(turned(SPECTRA))]), jnp.array(unit(len(z) + 6, 4))
+        compiled = likelihood(a, x)
+        monkeypatch.setattr(jax.ffi, "register_ffi_target", refuse)
+        on_cpu.registered.cache_clear()
+        with pytest.warns(RuntimeWarning, match="slower: version 1"):
+            in_xla = likelihood(a, x)
+        on_cpu.registered.cache_clear()
+        np.testing.assert_allclose(compiled[0], in_xla[0], rtol=1e-12)
+        np.testing.assert_allclose(compiled[1], in_xla[1], atol=1e-9)
+        for value, gradient in (compiled, in_xla):
+            exact = sum(float(r.log_normalizer) for r in rows) - (z * np.asarray(x[: len(z)]) ** 2).sum()
+            exact -= bingham.Bingham.from_matrix(np.asarray(a[len(z) :])).logpdf(np.asarray(x[len(z) :])).sum()
+            np.testing.assert_allclose(value, exact, rtol=1e-11)
+            w = np.diagonal(gradient[: len(z)], axis1=1, axis2=2) + np.asarray(x[: len(z)]) ** 2
+            assert max(abs(w[i, j] - float(m)) for i, r in enumerate(rows) for j, m in r.moments.items()) < 1e-12
+
+
+def test_compiled_kernel_serves_the_cpu_alone():
+    lowered = jax.jit(jax.vmap(matrix_moment)).trace(jnp.zeros((2, 4, 4)))
+    for platform, calls in (("cpu", 1), ("cuda", 0), ("tpu", 0)):
+        assert lowered.lower(lowering_platforms=(platform,)).as_text().count(on_cpu.TARGET) == calls
+
+
+def test_entries_that_are_not_finite_give_nan_in_their_row_only():
+    with jax.enable_x64(True):
+        a = jnp.array(turned(np.repeat(SPECTRA, 12, axis=0)))
+        bad = a.at[3, 1, 2].set(jnp.nan).at[40, 0, 0].set(jnp.inf).at[71].set(-jnp.inf)
+        good = np.delete(np.arange(72), [3, 40, 71])
+        for function in (matrix_log_normalizer, matrix_moment):
+            found = np.asarray(function(bad)).reshape(72, -1)
+            assert np.isnan(found[[3, 40, 71]]).all()
+            np.testing.assert_allclose(found[good], np.asarray(function(a)).reshape(72, -1)[good], rtol=1e-12)
+        assert matrix_moment(jnp.zeros((0, 4, 4))).shape == (0, 4, 4)
+
+
+def test_calls_that_wait_in_line_do_not_wait_for_each_other():
+    with jax.enable_x64(True):
+        a = jnp.array(np.tile(turned(SPECTRA), (1000, 1, 1)))
+        step = jax.jit(lambda a, _: (0.5 * a + matrix_moment(a), matrix_log_normalizer(a).sum()))
+        run = jax.jit(lambda a: jax.lax.scan(step, a, None, length=5)[1])
+        found = [run(a - float(k) * jnp.eye(4)) for k in range(8)]
+        np.testing.assert_allclose(found[7], np.array(found[0]) - 7.0 * len(a) * 0.5 ** np.arange(5), rtol=1e-9)
 
 
 def differentiated_twice(function, a, v):

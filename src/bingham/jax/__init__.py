@@ -1,7 +1,8 @@
 """The Bingham distribution for JAX: exact normaliser under jit, grad, vmap and hessian, in x64 and x32.
 
-Plain XLA operations on every backend, with derivatives by ``custom_jvp``. Inputs in single precision give results in
-single precision, computed in double inside, whatever ``jax_enable_x64`` says. Needs ``pip install 'bingham[jax]'``.
+Plain XLA operations, for 4×4 matrices on the CPU the compiled kernel of the package, with derivatives by
+``custom_jvp``. Inputs in single precision give results in single precision, computed in double inside, whatever
+``jax_enable_x64`` says. Needs ``pip install 'bingham[jax]'``.
 `Bingham`, a distribution for NumPyro, needs NumPyro too and loads when first used.
 """
 

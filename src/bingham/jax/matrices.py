@@ -13,6 +13,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from bingham.errors import InvalidArgumentError
+from bingham.jax import on_cpu
 from bingham.jax.normalizer import derivatives, in_double
 
 __all__ = ["eigenframe", "logpdf", "matrix_log_normalizer", "matrix_moment", "negative_log_likelihood", "pdf"]
@@ -129,7 +130,13 @@ def _(primals: Any, tangents: Any) -> Any:
 
 
 def _values(a: Any) -> Any:
-    """Return log F(A) and E[yyᵀ] in double precision."""
+    """Return log F(A) and E[yyᵀ] in double precision: on the CPU by the compiled kernels, elsewhere in XLA."""
+    if a.shape[-1] != 4 or not on_cpu.registered():
+        return _values_in_xla(a)
+    return jax.lax.platform_dependent(a, cpu=on_cpu.moment, default=_values_in_xla)
+
+
+def _values_in_xla(a: Any) -> Any:
     values, frames = eigenframe(a)
     log_f, w = derivatives(jnp.moveaxis(values, 0, -1), 1)
     moment = sum(w[..., k] * frames[k][:, None] * frames[k][None, :] for k in range(len(values)))
@@ -189,10 +196,11 @@ def _jacobi_4(b: Any) -> Any:
 
     def sweep(state: Any) -> Any:
         b, f, _, count = state
-        return *jax.lax.fori_loop(0, 3, round_of_two, (b, f, jnp.zeros((), bool))), count + 1
+        return *jax.lax.fori_loop(0, 3, round_of_two, (b, f, idle)), count + 1
 
     size = (b * b).sum((0, 1))
     eye = jnp.eye(4).reshape((4, 4) + (1,) * (b.ndim - 2))
-    start = (b, jnp.zeros_like(b) + eye, jnp.ones((), bool), 0)
+    idle = jnp.any(size < 0.0)  # false, and of the kind that shard_map wants of a value that depends on b
+    start = (b, jnp.zeros_like(b) + eye, ~idle, 0)
     b, f, _, _ = jax.lax.while_loop(lambda state: state[2] & (state[3] < MAX_SWEEPS), sweep, start)
     return jnp.stack([b[i, i] for i in range(4)]), f
