@@ -3,6 +3,8 @@ from .bank import BankState as BankState
 from .bank import FilterBank as FilterBank
 from .constant_spin import ConstantSpin as ConstantSpin
 from .constant_spin import fit_constant_spin as fit_constant_spin
+from .filter_tuning import FilterTuning as FilterTuning
+from .filter_tuning import tune_filter as tune_filter
 from .first_order import BinghamFilter as BinghamFilter
 from .gate import Gate as Gate
 from .imu import ImuFilter as ImuFilter
@@ -33,7 +35,5 @@ from .spin import SpinFilter as SpinFilter
 from .track import BinghamTrack as BinghamTrack
 from .track import Track as Track
 from .tune import SensorNoise as SensorNoise
-from .tune_filter import FilterTuning as FilterTuning
-from .tune_filter import tune_filter as tune_filter
 
 __all__: list[str]
