@@ -66,7 +66,11 @@ format: $(VENV)/.with-lint
 	$(BIN)/ruff check --fix
 	$(BIN)/ruff format
 
+# One thread: threads that wait for work count as processor time, and batches of examples are small.
 docs: export MPLBACKEND = Agg
+docs: export NUMBA_NUM_THREADS = 1
+docs: export OMP_NUM_THREADS = 1
+docs: export OPENBLAS_NUM_THREADS = 1
 docs: $(VENV)/.with-docs
 	$(BIN)/python -m sphinx -W --keep-going -b html docs docs/_build/html
 

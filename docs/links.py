@@ -2,43 +2,57 @@
 
 from __future__ import annotations
 
-from html.parser import HTMLParser
+import re
+from functools import cache
+from html import unescape
+from os.path import dirname, join, normpath
 from pathlib import Path
+from typing import NamedTuple
 from urllib.parse import unquote, urlsplit
 
 from sphinx.errors import ExtensionError
 
+# Quotes in text are escaped, so that this is found in tags alone.
+ATTRIBUTE = re.compile(r'\s(id|name|href|src)="([^"]*)"')
 
-class Page(HTMLParser):
+
+class Page(NamedTuple):
     """What a page can be linked by, and what it links."""
 
-    def __init__(self, text: str) -> None:
-        super().__init__()
-        self.places: set[str] = set()
-        self.links: list[str] = []
-        self.feed(text)
+    places: frozenset[str]
+    links: list[str]
 
-    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
-        """Collect ids and links."""
-        found = dict(attrs)
-        self.places.update(v for k in ("id", "name") if (v := found.get(k)))
-        self.links += [v for k in ("href", "src") if (v := found.get(k))]
+    @classmethod
+    def of(cls, text: str) -> Page:
+        """Return the ids and links of a page."""
+        found = [(name, unescape(value)) for name, value in ATTRIBUTE.findall(text)]
+        places = frozenset(value for name, value in found if name in ("id", "name"))
+        return cls(places, [value for name, value in found if name in ("href", "src") and value])
 
 
 def broken_links(folder: Path) -> list[str]:
     """Return ``page: link`` for each link within the folder that leads nowhere."""
-    pages = {path.resolve(): Page(path.read_text(encoding="utf-8")) for path in folder.rglob("*.html")}
+    files = {str(path.relative_to(folder)): path for path in folder.rglob("*")}
+    pages = {name: Page.of(path.read_text(encoding="utf-8")) for name, path in files.items() if path.suffix == ".html"}
+
+    @cache
+    def target_of(start: str, path: str) -> str | None:
+        """Return what a path on pages in the folder `start` leads to, None for nothing."""
+        name = normpath(join(start, unquote(path)))
+        if name == "." or (name in files and files[name].is_dir()):
+            name = normpath(join(name, "index.html"))
+        return name if name in files else None
+
     broken = []
-    for path, page in pages.items():
+    for name, page in pages.items():
         for link in page.links:
             parts = urlsplit(link)
             if parts.scheme or parts.netloc:
                 continue
-            target = (path.parent / unquote(parts.path)).resolve() if parts.path else path
-            target = target / "index.html" if target.is_dir() else target
+            target = target_of(dirname(name), parts.path) if parts.path else name
             place = unquote(parts.fragment)
-            if not target.exists() or (place and target in pages and place not in pages[target].places):
-                broken.append(f"{path.relative_to(folder.resolve())}: {link}")
+            if target is None or (place and target in pages and place not in pages[target].places):
+                broken.append(f"{name}: {link}")
     return broken
 
 
