@@ -75,3 +75,17 @@ def test_columns_must_be_there(tmp_path):
     file.write_text("1,0\n")
     with pytest.raises(InvalidArgumentError, match="names its columns"):
         read_axes(file, columns=("a", "b"))
+
+
+def test_an_azimuth_beside_a_dip_is_not_taken_for_an_axis_in_the_plane(tmp_path):
+    path = tmp_path / "planes.csv"
+    for text in ("azimuth;dip\n212,5;14,0\n205,0;18,0\n31,0;4,0\n", "Azimuth,Plunge angle,Dip\n212,4,14\n205,3,18\n"):
+        path.write_text(text)
+        with pytest.raises(RecordingError, match=r"line 1"):
+            read_axes(path)
+    path.write_text("azimuth;dip\n212,5;14,0\n205,0;18,0\n31,0;4,0\n")
+    with pytest.raises(RecordingError, match=r"azimuth and dip: of lines or of planes\?; say it by angles="):
+        read_axes(path)
+    assert read_axes(path, angles="trend-plunge").values.shape == (3, 3)
+    path.write_text("station,azimuth\n1,212\n2,205\n3,31\n")
+    assert read_axes(path).values.shape == (3, 2)

@@ -126,6 +126,8 @@ def _matrices(a: FloatArray) -> FloatArray:
     return _quaternions(_rotation("matrix", matrices))
 
 
+# Names beside which an azimuth is not that of an axis in the plane.
+STEEP = frozenset(("dip", "dip_angle", "plunge", "inclination", "incl", "inc", "plg"))
 POLES = "; axes are the poles of the planes"
 ANGLES: dict[str, AngleKind] = {
     kind.name: kind
@@ -321,7 +323,7 @@ def recognised(names: Sequence[str]) -> tuple[AngleKind, list[int], bool] | None
             at = _where(spelling, wanted, names, texts)
             if at is not None and (best is None or len(at) > len(best[1])):
                 best = kind, at
-    if best is None:
+    if best is None or (best[0].name == "azimuth" and not STEEP.isdisjoint(texts)):
         return None
     radians = any(unit in ("rad", "radian", "radians") for unit in (plain[k][1] for k in best[1]))
     return *best, radians

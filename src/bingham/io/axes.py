@@ -10,13 +10,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bingham.errors import InvalidArgumentError, RecordingError
-from bingham.io.angles import AngleKind, angle_kind, recognised
+from bingham.io.angles import STEEP, AngleKind, angle_kind, recognised
 from bingham.io.careful import called
 from bingham.io.checks import normalised
 from bingham.io.field_notes import read_field_notes
 from bingham.io.layout import Layout, find_layout
 from bingham.io.table import read_table
 from bingham.io.text import TextFile, opened_text
+from bingham.io.words import joined
 from bingham.io.written import Written, decoded
 
 __all__ = ["Axes", "read_axes"]
@@ -26,6 +27,8 @@ KNOWN = (("qw", "qx", "qy", "qz"), ("n", "e", "d"), ("x", "y", "z"), ("x", "y"),
 
 # Components of unit vectors are not above 1.
 LIKE_DEGREES = 3.0
+
+OF_WHAT = "say it by angles=trend-plunge, plunge-trend, strike-dip or dip-direction, which names them in their order"
 
 
 class Axes(NamedTuple):
@@ -176,6 +179,8 @@ def _named(
     if not known and found is not None:
         return found[1], found[0], found[2]
     if len(known) != 1:
+        if len(cells) == 2 and any(joined(cell) in STEEP for cell in cells):
+            raise RecordingError(path, place, f"{' and '.join(cells)}: of lines or of planes?", OF_WHAT)
         problem = "names no known set of components" if not known else f"names {' and '.join(map(' '.join, known))}"
         raise RecordingError(path, place, problem, f"choose by columns=, or name angles by angles=; {there}")
     return [lower.index(name) for name in known[0]], None, False
