@@ -135,3 +135,22 @@ def test_pieces_say_what_the_whole_says(bingham, recordings, tmp_path, monkeypat
     with np.load(tmp_path / "one" / "one.track.npz") as a, np.load(tmp_path / "other" / "one.track.npz") as b:
         for name in set(a.files) - {"magnetometer_code", "magnetometer_statistic"}:  # those wait at a piece's end
             np.testing.assert_array_equal(a[name], b[name], err_msg=name)
+
+
+def test_what_telephones_write_beside_their_sensors_is_no_recording(tmp_path, bingham):
+    walk = tmp_path / "walk"
+    (walk / "meta").mkdir(parents=True)
+    made = simulate_imu(simulate_precession(5.0, 50.0, rest_s=2.0), rng=0)
+    for name, values in (("Gyroscope", made.gyroscope), ("Accelerometer", made.accelerometer)):
+        unit = {"Gyroscope": "rad/s", "Accelerometer": "m/s^2"}[name]
+        header = ",".join(['"Time (s)"', *(f'"{name} {axis} ({unit})"' for axis in "xyz")])
+        rows = np.column_stack([made.time, values])
+        np.savetxt(walk / f"{name}.csv", rows, delimiter=",", header=header, comments="")
+    (walk / "meta" / "device.csv").write_text('"property","value"\n"deviceModel","one"\n')
+    (walk / "Annotation.csv").write_text("time,seconds_elapsed,text,millisecond_press_duration\n")
+    done = bingham("track", walk, "--json", *GIVEN, "-o", tmp_path / "out")
+    assert done.exit_code == 0, done.output
+    assert json.loads(done.stdout)["samples"] == len(made.time)
+    (tmp_path / "alone").mkdir()
+    (tmp_path / "alone" / "metadata.csv").write_text("a,b\n")
+    assert bingham("track", tmp_path / "alone", *GIVEN, "-o", tmp_path / "out").exit_code != 0

@@ -24,6 +24,8 @@ __all__ = ["SUMMARY", "expanded", "named", "track_many"]
 SUMMARY = "summary.csv"
 # What bingham writes itself and no folder of recordings means.
 OUTPUTS = (".track.csv", ".track.npz", ".track.parquet", ".track.bag", ".track", ".tum.txt", ".png", SUMMARY)
+# What loggers of telephones (Sensor Logger, phyphox) put beside the files of the sensors.
+OF_TELEPHONES = ("annotation.csv", "metadata.csv", "meta")
 # Figures of one run that would differ in the next; they are printed, not kept.
 TIMINGS = ("wall_s", "us_per_sample")
 # The summary is written this often, s: what a killed process may have to do again.
@@ -64,8 +66,11 @@ def expanded(arguments: Sequence[str]) -> list[Path]:
 
 
 def _inside(folder: Path) -> Iterator[Path]:
+    from bingham.io.together import is_split
+
+    beside = OF_TELEPHONES if is_split(folder) else ()
     for path in sorted(folder.iterdir()):
-        if path.name.startswith(".") or path.name.endswith(OUTPUTS):
+        if path.name.startswith(".") or path.name.endswith(OUTPUTS) or path.name.lower() in beside:
             continue
         if _is_recording(path):
             yield path
