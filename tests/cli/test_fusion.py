@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from pathlib import Path
 
 import numpy as np
@@ -108,3 +109,18 @@ def test_drift_since_the_start_without_a_magnetometer(files: Path, tmp_path: Pat
     header = next(line for line in lines if not line.startswith("#"))
     assert header.endswith("relative_heading_deg,relative_heading_std_deg")
     assert float(lines[-1].split(",")[-1]) == pytest.approx(row["relative_heading_std_deg"], rel=1e-3)
+
+
+def test_the_report_shows_what_was_rejected_and_warned_of(files: Path, tmp_path: Path) -> None:
+    row, _ = run(
+        "track", files / "gyro.csv", files / "camera.tum", "--fuse", "--report", "--json", "--no-figure", "-o", tmp_path
+    )
+    page = (tmp_path / "gyro.html").read_text(encoding="utf-8")
+    found = re.search(r'id="content">(.*?)</script>', page, re.DOTALL)
+    assert found is not None
+    content = json.loads(found[1])
+    assert content["warnings"] == row["warnings"]
+    assert any("no orientation before" in text for text in content["warnings"])
+    assert len(content["rejected"]) == row["orientations"]["rejected"] == 8
+    camera = np.loadtxt(files / "camera.tum")[7::10, 0]
+    np.testing.assert_allclose(np.array(content["rejected"]) + content["start"], camera, atol=0.011)

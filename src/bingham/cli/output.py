@@ -172,16 +172,25 @@ def write_pages(
     truth: Truth | None,
     outputs: Outputs,
     summary: dict[str, str],
+    said: list[str],
 ) -> list[str]:
-    """Write the report page and the log for Rerun, where asked for, and return their files' names."""
+    """Write the report page and the log for Rerun, where asked for, and return their files' names.
+
+    `said` are the warnings of reader and filter.
+    """
     from bingham.report import write_report, write_rerun
+    from bingham.report.page import rejected_samples
 
     names: list[str] = []
     covariance = track.covariance(frame="world")
     if outputs.report:
         known: dict[str, Any] = {} if truth is None else {"truth": truth.orientation, "scored": truth.scored}
         known |= {key: getattr(track, key) for key in ("bias", "bias_std") if hasattr(track, key)}
-        known["world"] = world_of(recording)
+        known |= {
+            "world": world_of(recording),
+            "warnings": list(dict.fromkeys(said)),
+            "rejected": rejected_samples(track, time),
+        }
         names.append(f"{recording.name}.html")
         write_report(folder / names[-1], time, track.modes, covariance, title=recording.name, summary=summary, **known)
     if outputs.rerun:

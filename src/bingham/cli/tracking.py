@@ -38,12 +38,12 @@ def track_one(
     step("reading")
     with _collected() as said, staged(folder) as temporary:
         try:
-            row = _track(path, name, temporary, settings, opened(path, name, settings), step, check)
+            row = _track(path, name, temporary, settings, opened(path, name, settings), step, check, said)
         except WholeNeededError:
             said.clear()
             for file in temporary.iterdir():
                 file.unlink()
-            row = _track(path, name, temporary, settings, opened_whole(path, name, settings), step, check)
+            row = _track(path, name, temporary, settings, opened_whole(path, name, settings), step, check, said)
     row["files"] = [str(folder / file) for file in row["files"]]
     row["warnings"] = list(dict.fromkeys(said))
     row["wall_s"] = perf_counter() - started
@@ -73,6 +73,7 @@ def _track(
     source: Source,
     step: Callable[[str], None],
     check: Callable[[bool], None],
+    said: list[str],
 ) -> dict[str, Any]:
     from bingham.cli.calibrate import calibrated
     from bingham.cli.output import Files, Sketch, draw_track, drawn_curves, joined, write_pages, write_tum_of
@@ -158,7 +159,9 @@ def _track(
             spread = {f"{key} ±, median": v for key, v in row["median_deviation_deg"].items() if v is not None}
             errors = {key.replace("_", " "): v for key, v in row.get("error_deg", {}).items()}
             shown |= {key: f"{value:.2f}°" for key, value in (spread | errors).items()}
-            row["files"] += write_pages(folder, recording, time, track, truth, outputs, shown)
+            row["files"] += write_pages(
+                folder, recording, time, track, truth, outputs, shown, list(dict.fromkeys(said))
+            )
     return row
 
 

@@ -40,7 +40,8 @@
   }
   element("legend").innerHTML = ["x", "y", "z"].map((n, k) => `<b style="color:${axisColours[k]}">${n}</b>`).join(" ") +
     " of the body; points: where they may be (drawn from the covariance)" + (truth ? "; thin: ground truth" : "") + ". World: ";
-  element("legend").append(content.world.join(", ") + ", the last one upwards. Drag to look from elsewhere.");
+  element("legend").append(content.world.join(", ") + ", the last one upwards. Drag to look from elsewhere." +
+    (content.rejected.length ? " Ticks below the curves: rejected measurements." : ""));
 
   // Quaternion at time t: interpolated between kept samples, null where unknown.
   function quaternionAt(rows, t) {

@@ -105,6 +105,15 @@ class Report:
         return f'<iframe title="{escape(self.title)}" style="{style}" srcdoc="{escape(self.html)}"></iframe>'
 
 
+def rejected_samples(track: Any, time: Any) -> Any:
+    """Return at which samples (T,) of a track a measurement was rejected, a camera's orientations included."""
+    hit = np.array(track.rejected)
+    log = getattr(track, "orientations", None)
+    if log is not None:
+        hit[np.minimum(np.searchsorted(time, log.time[log.rejected]), len(hit) - 1)] = True
+    return hit
+
+
 def report_track(track: Any, path: str | Path | None = None, *, title: str = "track", **more: Any) -> Report:
     """Return the report of a track of rotations, written to `path` if one is given.
 
@@ -122,7 +131,9 @@ def report_track(track: Any, path: str | Path | None = None, *, title: str = "tr
     if np.ndim(track.modes) != 2 or np.shape(track.modes)[-1] != 4:
         raise InvalidArgumentError("track", "one sequence of rotations, d = 4", f"modes {np.shape(track.modes)}")
     time = np.arange(len(track), dtype=np.float64) if track.time is None else track.time
-    for name in ("bias", "bias_std", "rejected"):
+    if "rejected" not in more:
+        more["rejected"] = rejected_samples(track, time)
+    for name in ("bias", "bias_std"):
         value = getattr(track, name, None)
         if name not in more and value is not None:
             more[name] = value
