@@ -50,12 +50,23 @@ def _axis(paths: Arrays, labels: tuple[str, str]) -> Figure:
     return figure
 
 
+def _running_rms(error: np.ndarray) -> np.ndarray:
+    """Return the root mean square of the tenth of n errors (n,) about each, fewer at the ends."""
+    half = max(1, error.size // 20)
+    total = np.concatenate([[0.0], np.cumsum(error**2)])
+    k = np.arange(error.size)
+    low, high = np.maximum(k - half, 0), np.minimum(k + half + 1, error.size)
+    return np.sqrt((total[high] - total[low]) / (high - low))
+
+
 def _error(curves: Arrays, time: np.ndarray | None = None) -> Figure:
     figure, ax = new_figure(6.4, 3.0)
     for name in ("measured", "bingham"):
         error = np.degrees(2.0 * geodesic_error(curves[name], curves["truth"]))
         abscissa = np.arange(1, error.size + 1) if time is None else time
-        ax.plot(abscissa, error, color=COLORS[name], lw=0.8, label=LABELS[name])
+        # Errors of single steps are points, which hide none of each other's curves: the root mean square about each.
+        ax.plot(abscissa, error, ".", ms=3.0, mew=0.0, alpha=0.4, color=COLORS[name])
+        ax.plot(abscissa, _running_rms(error), color=COLORS[name], lw=1.4, label=f"{LABELS[name]}, running RMS")
     ax.set(xlabel="time step" if time is None else "time [s]", ylabel="error [°]", ylim=(0.0, None))
     ax.legend(fontsize=8, frameon=False, ncols=2)
     return figure

@@ -21,12 +21,12 @@ __all__ = ["draw"]
 
 # Λ of the report's Fig. 9 (a) to (c).
 SENSOR_MODELS = ((-30.0, -30.0, -600.0), (-60.0, -60.0, -900.0), (-800.0, -800.0, -900.0))
-# Colour, style and width: the two estimates may lie on one another, and then both show.
+# The two estimates may lie on one another: one is a line, the other open circles about it, and the truth beside shows.
 LOOP = {
-    "truth": ("#000000", "-", 1.4),
-    "odometry": ("#999999", ":", 1.4),
-    "gaussian": ("#D55E00", "-", 3.2),
-    "bingham": ("#0072B2", "-", 1.2),
+    "truth": {"color": "#000000", "lw": 1.2},
+    "odometry": {"color": "#999999", "lw": 1.4, "ls": ":"},
+    "gaussian": {"color": "#D55E00", "ls": "", "marker": "o", "ms": 4.5, "mfc": "none", "mew": 0.9},
+    "bingham": {"color": "#0072B2", "lw": 1.2},
 }
 
 
@@ -49,9 +49,9 @@ def draw(result: StudyResult) -> dict[str, Figure]:
 def _loop(result: StudyResult) -> Figure:
     figure, axes = new_figure(8.4, 3.8, 1, 2, sharex=True, sharey=True)
     for ax, noise in zip(axes, ("small", "large"), strict=True):
-        for name, (colour, style, width) in LOOP.items():
+        for name, style in LOOP.items():
             path = result.curves[f"{noise}/{name}"]
-            ax.plot(path[:, 0], path[:, 1], style, color=colour, lw=width, label=name)
+            ax.plot(path[:, 0], path[:, 1], label=name, **style)
         ax.set(aspect="equal", xlabel="x [m]", title=f"{noise} plane noise")
     axes[0].set(ylabel="y [m]")
     axes[0].legend(fontsize=8, frameon=False)
