@@ -132,3 +132,9 @@ def test_nets_are_drawn_on_given_axes(projection, published):
 def test_bad_input_is_named(call, message):
     with pytest.raises(InvalidArgumentError, match=message):
         call()
+
+
+def test_angles_are_not_taken_for_axes():
+    for angles in ([212.0, 14.0], [[212.0, 14.0], [205.0, 18.0], [31.0, 4.0]]):
+        with pytest.raises(InvalidArgumentError, match=r"north, east, down.*from_trend_plunge"):
+            fabric(angles)

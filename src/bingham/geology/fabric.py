@@ -116,9 +116,10 @@ def fabric(x: ArrayLike, level: float = 0.95, method: Any = "likelihood") -> Fab
     ----------
     Woodcock, Geol. Soc. Am. Bull. 88 (1977) 1231; Vollmer, Geol. Soc. Am. Bull. 102 (1990) 786.
     """
+    if np.shape(x)[-1:] != (3,):
+        hint = "angles become such by bingham.geology.from_trend_plunge and its like"
+        raise InvalidArgumentError("x", "axes in space (north, east, down), shape (..., n, 3)", np.shape(x), hint)
     a = axes_of(x, "x", 4)
-    if a.shape[-1] != 3:
-        raise InvalidArgumentError("x", "axes in space, shape (..., n, 3)", a.shape)
     n = a.shape[-2]
     distribution = Bingham.fit(a)
     order = slice(None, None, -1)
