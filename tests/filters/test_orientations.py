@@ -253,3 +253,18 @@ def test_mistakes_name_argument_and_hint() -> None:
     wrong = replace(ImuRecording(**ok, orientations=(t, q)), orientations=None)
     with pytest.raises(InvalidArgumentError, match="accelerometer"):
         ImuFilter().run(wrong)
+
+
+def test_a_track_tells_of_its_sensors_not_of_samples_of_sensors_that_are_not_there() -> None:
+    body = Body(3, seconds=20.0)
+    track = FILTER.run(body.recording(accelerometer=False))
+    used, rejected = int(track.orientations.used.sum()), int(track.orientations.rejected.sum())
+    assert rejected > 0
+    assert f": {used} orientations used, {rejected} rejected; log-evidence" in repr(track)
+    assert "missing" not in repr(track)
+    alone = FILTER.run(ImuRecording("s", body.time, body.gyroscope, body.accelerometer))
+    assert ": no magnetometer; log-evidence" in repr(alone)
+    field = body.truth.inv().apply([0.0, 20.0, -40.0])
+    field[::2] = np.nan
+    both = FILTER.run(ImuRecording("s", body.time, body.gyroscope, body.accelerometer, field))
+    assert "magnetometer " in repr(both) and " accepted, 0 rejected" not in repr(both)

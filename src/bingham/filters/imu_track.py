@@ -130,6 +130,16 @@ class ImuTrack(TrackMethods):
             np.int8
         )
 
+    def _decided(self) -> str:
+        # What each sensor is called: samples without a magnetometer's are no samples missing.
+        told: list[str] = []
+        if not self.missing.all():
+            told.append(f"magnetometer {super()._decided()}")
+        if self.orientations is not None:
+            used, rejected = int(self.orientations.used.sum()), int(self.orientations.rejected.sum())
+            told.append(f"{used} orientations used, {rejected} rejected")
+        return "; ".join(told) or "no magnetometer"
+
     @property
     def nis(self) -> FloatArray:  # pyright: ignore[reportIncompatibleVariableOverride]
         """`magnetometer_statistic` (N,)."""

@@ -52,14 +52,17 @@ class TrackMethods:
     def __repr__(self) -> str:
         batch = "" if self.modes.ndim == 2 else f"{'×'.join(map(str, self.modes.shape[:-2]))} × "
         span = f", {self.time[0]:.6g} to {self.time[-1]:.6g} s" if self.time is not None and len(self.time) else ""
-        counts = [(int(x.sum()), name) for x, name in
-                  ((self.accepted, "accepted"), (self.rejected, "rejected"), (self.missing, "missing"))]  # fmt: skip
-        told = ", ".join(f"{count} {name}" for count, name in counts if count) or "nothing"
         evidence = np.array2string(np.asarray(self.total_log_evidence), precision=6, threshold=4)
         return (
-            f"<{type(self).__name__} of {batch}{len(self)} rows, d = {self.modes.shape[-1]}{span}: {told}; "
+            f"<{type(self).__name__} of {batch}{len(self)} rows, d = {self.modes.shape[-1]}{span}: {self._decided()}; "
             f"log-evidence {evidence}>"
         )
+
+    def _decided(self) -> str:
+        """Return how many measurements were accepted, rejected and missing, in words."""
+        counts = [(int(x.sum()), name) for x, name in
+                  ((self.accepted, "accepted"), (self.rejected, "rejected"), (self.missing, "missing"))]  # fmt: skip
+        return ", ".join(f"{count} {name}" for count, name in counts if count) or "nothing"
 
     def _repr_html_(self) -> str:
         d = self.modes.shape[-1]
