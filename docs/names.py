@@ -1,13 +1,20 @@
 """Names of this package link to their description wherever they stand between single backticks.
 
 A name may be written as it is imported: `BinghamFilter`, `bingham.BinghamFilter`, `bingham.filters.BinghamFilter`,
-`BinghamFilter.run`. It is found by its last parts. In the pages a name that is not found, or means several things,
-is a warning, and so an error of the build; in docstrings single backticks also mark arguments.
+`BinghamFilter.run`. It is found by its last parts. A name that is not found, or means several things, is a warning, and
+so an error of the build; in docstrings single backticks also mark arguments and fields of the module that is described,
+and names of Python and other libraries.
 """
 
 from __future__ import annotations
 
+import ast
+import builtins
 import re
+import typing
+from functools import cache
+from importlib.util import find_spec
+from pathlib import Path
 from typing import Any
 
 from docutils import nodes
@@ -18,6 +25,9 @@ import bingham
 
 log = logging.getLogger(__name__)
 
+
+# Names of others that docstrings mention, which this site has no description of.
+OF_OTHERS = {*dir(builtins), *typing.__all__, "Rotation", "scipy", "numpy", "pandas", "torch", "jax"}
 
 # Where a bare method or attribute is meant, in this order.
 OWNERS = ("Bingham", "BinghamFilter", "RecursiveFilter", "ImuFilter")
@@ -58,6 +68,39 @@ def candidates(target: str, objects: dict[str, Any]) -> list[str]:
     return found
 
 
+def nearest(found: list[str], module: str | None, described: str | None) -> list[str]:
+    """Return those of the class, or else the module, in whose description they stand; all if there are none."""
+    for place in (f"{module}.{described}.", f"{module}."):
+        if within := [name for name in found if name.startswith(place)]:
+            return within
+    return found
+
+
+@cache
+def arguments(module: str) -> frozenset[str]:
+    """Return names of arguments and fields of a module, or of all modules of a package."""
+    found = find_spec(module)
+    assert found is not None
+    assert found.origin is not None
+    path = Path(found.origin)
+    names: set[str] = set()
+    for file in path.parent.rglob("*.py") if path.name == "__init__.py" else [path]:
+        for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.arg):
+                names.add(node.arg)
+            elif isinstance(node, ast.AnnAssign) and isinstance(node.target, ast.Name):
+                names.add(node.target.id)
+    return frozenset(names)
+
+
+def needs_no_link(target: str, document: str, module: str | None) -> bool:
+    """Whether a name that leads nowhere is an argument of what is described, or somebody else's."""
+    if not document.startswith("api/"):
+        return document.startswith("gallery")
+    # Tables of contents show first lines of descriptions from all modules.
+    return target.split(".")[0] in OF_OTHERS or target in arguments(module or "bingham")
+
+
 def resolve(app, env, node, contnode) -> nodes.Node | None:
     """Find what a reference without an exact match means."""
     if node.get("refdomain") != "py" or not node.get("reftarget"):
@@ -65,14 +108,14 @@ def resolve(app, env, node, contnode) -> nodes.Node | None:
     objects = env.domaindata["py"]["objects"]
     target = node["reftarget"]
     public = {name: f"{getattr(bingham, name).__module__}.{name}" for name in bingham.__all__}
-    chosen = chosen_of(candidates(target, objects), target, public)
+    found = nearest(candidates(target, objects), node.get("py:module"), node.get("py:class"))
+    chosen = chosen_of(found, target, public)
     if not chosen and target.split(".")[-2:-1] and target.split(".")[-2][:1].isupper():
         # An inherited method: the class says where from.
         chosen = chosen_of(candidates(target.rpartition(".")[0], objects), target.rpartition(".")[0], public)
     document = node.get("refdoc", "")
     if len(chosen) != 1:
-        page = not document.startswith(("api/generated", "gallery"))
-        if page and (chosen or target.startswith("bingham.")):
+        if not needs_no_link(target, document, node.get("py:module")):
             log.warning("%r names %s", target, chosen or "nothing", location=node, type="names")
         return None
     place = objects[chosen[0]]

@@ -46,7 +46,7 @@ class FisherBingham(Pictured):
     References
     ----------
     Mardia & Jupp (2000), sec. 9.3.3; Kume & Wood, Biometrika 92 (2005) 465. The normaliser is
-    `bingham.kernels.linear_term`.
+    ``bingham.kernels.linear_term``.
     """
 
     matrix: FloatArray

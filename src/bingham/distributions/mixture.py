@@ -100,7 +100,7 @@ class BinghamMixture(MixtureDensity, Pictured):
         x : (n, d) array_like or Rotation
             Unit vectors (within 1e-6).
         components : int or sequence of int
-            Number of components; of a sequence, such as ``range(1, 9)``, the number with the lowest `bic`. For "sac"
+            Number of components; of a sequence, such as ``range(1, 9)``, that of lowest `MixtureDensity.bic`. For "sac"
             the largest number to look for.
         method : {"em", "sac"}
             Expectation-maximisation (maximum likelihood), or sample consensus after Glover (2012), faster and rougher.
@@ -130,7 +130,7 @@ class BinghamMixture(MixtureDensity, Pictured):
         InvalidArgumentError
             If an argument does not satisfy its contract.
         ConvergenceError
-            If not even one component is found; `reached` holds the last mixture.
+            If not even one component is found; ``reached`` holds the last mixture.
 
         Warns
         -----

@@ -39,7 +39,7 @@ FREE_FALL = "zeros are free fall, which shows no up: leave it out, as NaN in a r
 class ImuFilter:
     """Bingham orientation with Gaussian gyroscope bias, their correlation kept.
 
-    Errors of orientation, velocity, gyroscope bias and accelerometer bias form one error state (`kernels.imu_model`);
+    Errors of orientation, velocity, gyroscope bias and accelerometer bias form one error state (``kernels.imu_model``);
     the orientation's distribution is read out as a Bingham distribution at any spread (`filters.tangent`). Gravity is
     found by integrating the accelerometer and holding that a body's velocity stays bounded: as seen over seconds what
     remains is gravity. A magnetometer corrects the heading only. At rest the gyroscope shows its bias. World axes are
@@ -252,7 +252,7 @@ class ImuFilter:
         Parameters
         ----------
         recording : ImuRecording
-            With accelerometer or `orientations`; without magnetometer and orientations the heading is relative to the
+            With accelerometer or ``orientations``; without magnetometer and orientations the heading is relative to the
             prior and its variance grows.
         prior : Bingham, optional
             Distribution of the orientation before the first accelerometer sample; uniform unless given.

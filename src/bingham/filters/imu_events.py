@@ -55,7 +55,7 @@ class ImuStream:
     """Live orientation: call the method of the sensor whose sample has come, read the estimate at any time.
 
     Samples of one sensor come in the order of their times; sensors may have any rates of their own, miss samples and be
-    late by a fraction of `update_interval` against each other. Samples of equal time are given in the order gyroscope,
+    late by a fraction of ``update_interval`` against each other. Those of equal time are given in the order gyroscope,
     accelerometer, magnetometer, orientation; then the estimates equal those of `ImuFilter.run` bit for bit.
 
     Parameters

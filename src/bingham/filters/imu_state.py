@@ -40,7 +40,7 @@ class ImuState:
     Attributes
     ----------
     values : (1,) ndarray
-        Structured array with one record, see `kernels.imu_model.STATE` for its fields.
+        Structured array with one record, see ``kernels.imu_model.STATE`` for its fields.
     """
 
     values: NDArray[Any]

@@ -51,7 +51,7 @@ class OrientationLog:
 
     @classmethod
     def of(cls, seen: NDArray[Any]) -> OrientationLog:
-        """Return the log in records of `kernels.imu_loop.SEEN`."""
+        """Return the log in records of ``kernels.imu_loop.SEEN``."""
         return cls(seen["time"].copy(), seen["code"].astype(np.int8), seen["nis"].copy(), seen["evidence"].copy())
 
     def __len__(self) -> int:

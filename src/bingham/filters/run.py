@@ -1,6 +1,6 @@
 """The one loop over a sequence: checks, time steps, predict, update, track.
 
-`RecursiveFilter` gives it to every filter as the method `run`; a filter with a compiled loop answers `_compiled`.
+`RecursiveFilter` gives it to every filter as the method `run`; a filter with a compiled loop answers ``_compiled``.
 """
 
 from __future__ import annotations

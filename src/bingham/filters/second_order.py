@@ -77,7 +77,7 @@ class SecondOrderBinghamFilter(RecursiveFilter[SpinState, Track[SpinState]]):
     w ∘ u ∘ (B_v · (f_{y|x} ∘ B_x⁻¹)), B_x and B_v of the step before. f_{y|x} ∘ B_x⁻¹ stands for F(C(v)), the exact
     likelihood of v given y; every composition is matched by moments.
 
-    Over a time dt the orientation moves by v^s, s = dt/interval, and the noise is that of s steps (`repeated`).
+    Over a time dt the orientation moves by v^s, s = dt/interval, and the noise is that of s steps.
 
     Parameters
     ----------

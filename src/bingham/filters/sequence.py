@@ -131,7 +131,7 @@ def _rank(sensor: Any, d: int) -> int:
 
 
 def sensor_table(sensors: Sequence[Any], thresholds: Sequence[float], d: int = 4) -> Any:
-    """Return the sensors of a filter of dimension d as `kernels.sensors` takes them."""
+    """Return the sensors of a filter of dimension d as ``kernels.sensors`` takes them."""
     from bingham.kernels import sensors as kernel
 
     count = len(sensors)

@@ -161,7 +161,7 @@ def confidence_ellipse(
     -----
     An ellipse suits an axis that the sample pins down. The mean axis of a near girdle is not, nor the pole of a nearly
     symmetric cluster: for z = (−20, −1, 0) "f" covers the mean axis in 0.89 of cases at n = 10, for z = (−20, −15, 0)
-    the pole in 0.75. "likelihood" covers there too (`docs/theory/inference.rst`).
+    the pole in 0.75. "likelihood" covers there too.
 
     Examples
     --------

@@ -31,7 +31,7 @@ def mean_axis_test(
 
     The statistic is the likelihood ratio Λ = 2n [ℓ(ω) − ℓ(ω⁰)], ℓ(ω) = max_z (z·ω − log F(z)): ω are the eigenvalues of
     the sample moment S, ω⁰ those with the axis a as the largest one, aᵀSa, beside the eigenvalues of S across it.
-    Λ = Λ₁ + Λ₂: that a is a principal axis at all, and that it is this one (`bingham.inference.principal`).
+    Λ = Λ₁ + Λ₂: that a is a principal axis at all, and that it is this one.
 
     Parameters
     ----------

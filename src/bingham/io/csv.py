@@ -99,7 +99,7 @@ def write_csv(path: str | Path, recording: ImuRecording | OrientationRecording) 
     path : str or Path
         File to write or replace.
     recording : ImuRecording or OrientationRecording
-        A `truth` with a clock of its own has no place in a table and is rejected.
+        A ``truth`` with a clock of its own has no place in a table and is rejected.
     """
     groups: dict[str, tuple[list[str], NDArray[np.float64] | NDArray[np.bool_] | None]]
     if isinstance(recording, ImuRecording):

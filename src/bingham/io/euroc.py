@@ -40,7 +40,7 @@ def read_euroc(path: str | Path, *, regularise: bool = False) -> ImuRecording | 
     Returns
     -------
     ImuRecording or OrientationRecording
-        An IMU file gives gyroscope and accelerometer; a folder adds its ground truth as `truth`, on a clock of its
+        An IMU file gives gyroscope and accelerometer; a folder adds its ground truth as ``truth``, on a clock of its
         own; a ground truth file gives orientations. The world's z axis points up; its heading is arbitrary.
 
     Raises

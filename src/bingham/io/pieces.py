@@ -1,6 +1,6 @@
 """Long recordings of an inertial sensor piece by piece, so that memory does not grow with their length.
 
-What is usual is told by the first `HEAD` rows; everything else is put right as `bingham.io.assemble` does it with the
+What is usual is told by the first ``HEAD`` rows; everything else is put right as `bingham.io.assemble` does it with the
 whole, and counted over all pieces. What cannot be put right without the whole raises `WholeNeededError`.
 """
 
@@ -120,7 +120,7 @@ def pieces_of_csv(path: str | Path, *, earth_frame: str | None = None, **options
 
 
 def _tables(plan: Plan) -> Iterator[tuple[Table, dict[str, FloatArray]]]:
-    """Yield rows as they are read, the first `HEAD` of them at once."""
+    """Yield rows as they are read, the first ``HEAD`` of them at once."""
     kinds = dict.fromkeys(plan.numbers, "number")
     first, waiting, size = 0, list[dict[int, Any]](), 0
     for batch in read_batches(plan.text, plan.layout, kinds):

@@ -37,5 +37,5 @@ def joined(text: str) -> str:
 
 
 def letter_of(word: str) -> str:
-    """Return the letter of the sensor that a word of `WORDS` means, or else the word's first."""
+    """Return the letter of the sensor that a word of ``WORDS`` means, or else the word's first."""
     return next((letter for letter, words in WORDS.items() if word in words.split("|")), word[:1])

@@ -47,7 +47,7 @@ def new_figure(width: float, height: float) -> Any:
 
 
 def stride(size: int, maximum: int = 3000) -> slice:
-    """Return a slice that keeps at most `most` of `size` samples, evenly."""
+    """Return a slice that keeps at most `maximum` of `size` samples, evenly."""
     return slice(None, None, max(1, -(-size // maximum)))
 
 

@@ -28,7 +28,7 @@ VERSION = 1
 
 @lru_cache(maxsize=16)
 def _rule(n: int) -> tuple[float, FloatArray, FloatArray]:
-    """Return D₁ and the nodes and weights of D₂ (see `kernels.lcd`)."""
+    """Return D₁ and the nodes and weights of D₂ (see ``kernels.lcd``)."""
     x, w = (np.asarray(a, dtype=np.float64) for a in np.polynomial.legendre.leggauss(RULE_SIZE))
 
     def on(end: float) -> tuple[FloatArray, FloatArray]:
@@ -116,7 +116,7 @@ def _has_unit_moment(points: FloatArray, m: int, n: int) -> bool:
 def standard_normal_points(n: int, m: int, *, symmetric: bool = True) -> FloatArray:
     """Return m points (m, n) with Σx = 0 and Σ x xᵀ/m = I of minimum distance D to the standard normal.
 
-    Computed once for each (n, m) and kept on disk (see `sampling.cache.cache_folder`). The array is read-only.
+    Computed once for each (n, m) and kept on disk (``BINGHAM_CACHE`` names the folder). The array is read-only.
 
     Parameters
     ----------

@@ -41,7 +41,7 @@ def gnomonic(normal: FloatArray, z: FloatArray) -> FloatArray:
 def transported(normal: FloatArray, z: FloatArray, *, symmetric: bool) -> FloatArray:
     """Return unit vectors (m, d) in the principal axes, distributed right when the points s (m, d−1) are normal.
 
-    Quantile by quantile, see `kernels.transport`; symmetric says that the second half of s is the first one negated.
+    Quantile by quantile, see ``kernels.transport``; symmetric says that the second half of s is the first one negated.
     """
     from bingham.kernels.transport import transport
 
@@ -66,7 +66,7 @@ class RiemannianSampling:
         other, and covers every distribution. "gnomonic" is the paper's: Gaussian on the tangent plane, then the
         gnomonic retraction; singular for girdles and the uniform distribution, approximate at low concentration.
     correction : {"newton", "descent", "trust_region", "none"}
-        "newton" solves for the moment (`kernels.correction`), in microseconds and to rounding. "descent" is the
+        "newton" solves for the moment (``kernels.correction``), in microseconds and to rounding. "descent" is the
         paper's Riemannian steepest descent on ‖Σ x xᵀ/m − E[x xᵀ]‖² and "trust_region" its Newton method with conjugate
         gradients, both to an absolute tolerance.
     penalty : float

@@ -70,7 +70,7 @@ def simulate_imu(
     Returns
     -------
     ImuRecording
-        With the motion as `reference`, scored while it moves.
+        With the motion as ``reference``, scored while it moves.
 
     Raises
     ------
@@ -144,7 +144,7 @@ def simulate_orientations(
     Returns
     -------
     OrientationRecording
-        Measurements (w, x, y, z) with the motion as `truth`, scored while it moves; signs carry no meaning.
+        Measurements (w, x, y, z) with the motion as ``truth``, scored while it moves; signs carry no meaning.
 
     Raises
     ------

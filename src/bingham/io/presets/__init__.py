@@ -1,4 +1,7 @@
-"""Loggers whose text files are known by their header; `bingham formats` lists them."""
+"""Loggers whose text files are known by their header.
+
+``bingham formats`` lists them.
+"""
 
 from __future__ import annotations
 

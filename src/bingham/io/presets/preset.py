@@ -46,7 +46,7 @@ class Preset:
     mark : str
         Regular expression to be found in the preamble.
     preamble : callable
-        What the preamble tells, a list of its lines → `Told`.
+        What the preamble tells, a list of its lines → ``Told``.
     earth_frame : str
         World axes of its orientations.
     """
