@@ -111,7 +111,8 @@ def read_track(path: str | Path) -> dict[str, Any]:
     fields.build(OrientationRecording, names, time=content["time"], orientation=modes)
     for name in PER_ROW.keys() & content.keys():
         expected = (len(modes), *(modes.shape[1] if n == "d" else n for n in PER_ROW[name]))
-        if content[name].shape != expected:
+        by_sensor = name in ("decision", "nis") and content[name].ndim == 2  # (T, n) where there are n sensors
+        if (content[name].shape[:1] if by_sensor else content[name].shape) != expected:
             got = f"of shape {content[name].shape}, not {expected}"
             raise RecordingError(path, f"field {name}", got, "write the track again")
     for name in UNCERTAINTY & content.keys():
