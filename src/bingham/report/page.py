@@ -107,7 +107,7 @@ class Report:
 
 def rejected_samples(track: Any, time: Any) -> Any:
     """Return at which samples (T,) of a track a measurement was rejected, a camera's orientations included."""
-    hit = np.reshape(track.rejected, (len(track.rejected), -1)).any(axis=1)  # by several sensors, (T, n)
+    hit: Any = np.reshape(track.rejected, (len(track.rejected), -1)).any(axis=1)  # of several sensors (T, n)
     log = getattr(track, "orientations", None)
     if log is not None:
         hit[np.minimum(np.searchsorted(time, log.time[log.rejected]), len(hit) - 1)] = True
