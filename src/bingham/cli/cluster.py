@@ -125,7 +125,7 @@ def cluster(
 
 def _sizes(text: str) -> list[int]:
     first, dash, last = text.partition("-")
-    if not first.strip().isdigit() or (dash and not last.strip().isdigit()):
+    if not first.strip().isdecimal() or (dash and not last.strip().isdecimal()):
         raise InvalidArgumentError("--components", "a number such as 3 or a range such as 1-8", repr(text))
     low, high = int(first), int(last) if dash else int(first)
     if not 1 <= low <= high:

@@ -18,6 +18,7 @@ __all__ = ["EbsdMap", "read_ebsd"]
 TSL = {1: "1", 2: "2", 20: "2", 22: "222", 3: "3", 32: "32", 4: "4", 42: "422", 6: "6", 62: "622", 23: "23", 43: "432"}
 HKL = {1: "1", 2: "2", 3: "222", 4: "4", 5: "422", 6: "3", 7: "32", 8: "6", 9: "622", 10: "23", 11: "432"}
 Points = tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.int64], NDArray[np.bool_], dict[int, str]]
+MOST_PHASES = 1000
 CTF_COLUMNS = ("Phase", "X", "Y", "Euler1", "Euler2", "Euler3")
 
 
@@ -88,11 +89,11 @@ def _read_ang(path: Path, lines: list[str]) -> Points:
         words = line.lstrip("# ").split()
         if not line.startswith("#") or len(words) < 2:
             continue
-        if words[0] == "Phase" and words[1].isdigit():
+        if words[0] == "Phase" and words[1].isdecimal():
             phase_number = int(words[1])
-        elif words[0] == "Symmetry" and words[1].isdigit() and int(words[1]) in TSL:
+        elif words[0] == "Symmetry" and words[1].isdecimal() and int(words[1]) in TSL:
             symmetry[phase_number] = TSL[int(words[1])]
-    rows = _numbers(path, [(k, line) for k, line in enumerate(lines, 1) if line.strip() and line[0] != "#"], 8)
+    rows = _numbers(path, [(k, line) for k, line in enumerate(lines, 1) if line.strip() and line[0] != "#"], 8, 7)
     # Columns: φ₁ Φ φ₂ x y, image quality, confidence, phase.
     good = (rows[:, 6] >= 0.0) & (np.abs(rows[:, 0]) < 4.0 * np.pi - 1e-3)
     phase = rows[:, 7].astype(np.int64)
@@ -111,27 +112,36 @@ def _read_ctf(path: Path, lines: list[str]) -> Points:
     for number, line in enumerate(lines[first + 1 : head], 1):
         cells = line.split("\t")
         # Lattice lengths, angles, name, Laue group, space group.
-        if len(cells) >= 4 and cells[3].strip().isdigit() and int(cells[3]) in HKL:
+        if len(cells) >= 4 and cells[3].strip().isdecimal() and int(cells[3]) in HKL:
             symmetry[number] = HKL[int(cells[3])]
     body = [(k, line.replace(",", ".")) for k, line in enumerate(lines[head + 1 :], head + 2) if line.strip()]
-    rows = _numbers(path, body, len(names))
     column = [names.index(c.lower()) for c in CTF_COLUMNS]
+    rows = _numbers(path, body, len(names), column[0])
     phase = rows[:, column[0]].astype(np.int64)
     return np.radians(rows[:, column[3:]]), rows[:, column[1:3]], phase, phase > 0, symmetry
 
 
-def _numbers(path: Path, body: list[tuple[int, str]], width: int) -> NDArray[np.float64]:
-    """Return the first `width` numbers of each line (N, width)."""
+def _numbers(path: Path, body: list[tuple[int, str]], width: int, phase: int) -> NDArray[np.float64]:
+    """Return the first `width` numbers of each line (N, width); that of column `phase` is a phase's."""
     if not body:
         raise RecordingError(path, "", "no points below its header", "export it again")
     rows = np.empty((len(body), width))
     for row, (k, line) in zip(rows, body, strict=True):
+        cells = line.split()[:width]
         try:
-            row[:] = [float(cell) for cell in line.split()[:width]]
+            if len(cells) < width or not all(cell.isascii() and "_" not in cell for cell in cells):
+                raise ValueError
+            row[:] = [float(cell) for cell in cells]
         except ValueError:
             problem = f"not {width} numbers: {line.strip()[:60]!r}"
             raise RecordingError(path, f"line {k}", problem, "is it an .ang or .ctf file?") from None
     bad = ~np.isfinite(rows).all(axis=1)
     if bad.any():
         raise RecordingError(path, f"line {body[int(np.argmax(bad))][0]}", "not finite", "remove the point")
+    bad = (np.abs(rows[:, phase]) > MOST_PHASES) | (rows[:, phase] % 1.0 != 0.0)
+    if bad.any():
+        first = int(np.argmax(bad))
+        raise RecordingError(
+            path, f"line {body[first][0]}", f"phase {rows[first, phase]:g}", "phases are numbered 0, 1, …"
+        )
     return rows
