@@ -66,7 +66,7 @@ class Network(nn.Module):
         return sharpness.exp() * (self.linear(x) + shape)
 
 
-def train(model, loss, draw=pictures, steps=1000):
+def train(model, loss, draw=pictures, steps=1500):
     optimizer = torch.optim.Adam(model.parameters(), 2e-3)
     schedule = torch.optim.lr_scheduler.OneCycleLR(optimizer, 4e-3, total_steps=steps)
     for _ in range(steps):
