@@ -301,6 +301,15 @@ def test_fixed_files_of_the_wrong_kind(tmp_path):
     rejected(read_npz, tmp_path / "z.npz", "field time", "missing")
 
 
+def test_numbers_beyond_double_precision_are_no_warning(tmp_path):
+    if np.finfo(np.longdouble).max < np.longdouble("1e400"):
+        pytest.skip("long double is no wider than double here")
+    wide = {"time": np.arange(2.0), "gyroscope": np.full((2, 3), np.longdouble("1e400"))}
+    save_npz(tmp_path / "wide.npz", {"format": "bingham-imu-1"} | wide)
+    with np.errstate(all="raise"):
+        rejected(read_npz, tmp_path / "wide.npz", "field gyroscope", None)
+
+
 def test_tracks(tmp_path):
     file = tmp_path / "track.npz"
     good = {"time": np.arange(3.0), "modes": np.eye(4)[:3], "matrices": np.zeros((3, 4, 4))}
