@@ -9,7 +9,7 @@ import time
 
 import pytest
 
-from bingham.cli.ending import Terminated, ending_in_order
+from bingham.cli.ending import SIGNALS, Terminated, ending_in_order
 from bingham.studies.study import Chunk
 from bingham.studies.workers import in_processes
 from permissions import RESTRICTED, with_permissions
@@ -234,7 +234,7 @@ def test_a_signal_that_lands_in_a_destructor_is_not_lost(number, raised):
             signal.raise_signal(number)
             time.sleep(0.001)
 
-    before = signal.signal(number, signal.default_int_handler)
+    before = {each: signal.signal(each, signal.default_int_handler) for each in SIGNALS}
     try:
         with pytest.raises(raised), ending_in_order():
             for _ in range(1000):
@@ -242,4 +242,5 @@ def test_a_signal_that_lands_in_a_destructor_is_not_lost(number, raised):
                 time.sleep(0.01)
                 Signalled.__del__ = lambda self: None  # that one was dropped
     finally:
-        signal.signal(number, before)
+        for each, handler in before.items():
+            signal.signal(each, handler)

@@ -100,7 +100,8 @@ def run(name, place, seed, out, log, *, at=0, after=0, number=0):
         sys.argv = ["bingham", *arguments(name, place, seed, out)]
         from bingham.cli.main import main
 
-        signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell's background ignores it
+        signal.signal(signal.SIGINT, signal.default_int_handler)  # whoever started this may ignore them
+        signal.signal(signal.SIGTERM, signal.SIG_DFL)
         shim = ctypes.CDLL(os.environ[LIBRARY])
         shim.shim_arm(at, after, number)
         code = 0
