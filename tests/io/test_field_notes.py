@@ -59,6 +59,7 @@ def test_lines(tmp_path, text, angles):
     ("text", "message"),
     [
         ("045/30\n135/10\n200/75\n", "line 1: a pair of angles without a name; say what it is"),
+        ("site\na 12/30\nb 14/31\nc 15/32\n", "line 2: a pair of angles without a name; say what it is"),
         ("strike,dip\nN45E,30\nN30W,60\n", "line 2: strike N45E without the side to which the plane dips"),
         ("strike,dip\nN45E,30SE\nN30W,60NW\n", "line 3: a plane that dips along its strike"),
         ("strike,dip\nN45E,30SE\nN30W,190NE\n", "line 3: dip is to be"),

@@ -337,6 +337,12 @@ def test_tracks(tmp_path):
         rejected(read_track, file, place, None)
 
 
+def test_a_row_that_ends_before_its_time(tmp_path):
+    file = tmp_path / "Gyroscope.csv"
+    file.write_text("time,a,seconds_elapsed,b,z,y,x\n10?000,0.2\n100000000")
+    rejected(lambda file: read_recording(file.parent), file, "line 2", "2 columns where 7 are expected")
+
+
 def test_folders_and_unknown_files(tmp_path):
     rejected(read_recording, tmp_path, "", "neither a ROS 2 bag, nor an EuRoC or KITTI sequence")
     (tmp_path / "mav0").mkdir()

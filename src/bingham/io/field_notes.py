@@ -83,7 +83,7 @@ def read_field_notes(
         return None
     kind = kind or (None if found is None else found[0])
     if len(at) == 1 and (pairs := [c for c in cells[at[0]] if c is not None and len(c.numbers) == 2]):
-        kind = kind or _kind_of_pair(text, names[at[0]] if names else "", pairs[0], lines[0])
+        kind = kind or _kind_of_pair(text, names[at[0]] if at[0] < len(names) else "", pairs[0], lines[0])
         return FieldNotes(kind, _complete(text, lines, [at[0]], cells, 2), lines)
     if kind is None:
         quadrants = at and any(c is not None and not c.plain and len(c.numbers) == 1 for c in cells[at[0]])

@@ -250,7 +250,8 @@ def present(values: FloatArray) -> NDArray[np.bool_]:
 
 def _is_dated(text: TextFile, layout: Layout, column: int) -> bool:
     line = next(line for number, line in text.head if number == layout.first)
-    return is_date(split_cells(line, layout.separator)[column])
+    cells = split_cells(line, layout.separator)
+    return column < len(cells) and is_date(cells[column])
 
 
 def _times(plan: Plan, table: Table, place: Place, inertial: bool) -> FloatArray:
