@@ -106,7 +106,8 @@ def read_table(
     done: dict[Any, Any] = {k: v if isinstance(v, list) else v.finished() for k, v in gathered.items()}
     columns = {k: done[k] for k in alone}
     for group in groups:
-        done[group] = done[group].reshape(-1, len(group))
+        if done[group].ndim == 1:  # no rows; a view of those that there are would have to be copied
+            done[group] = done[group].reshape(0, len(group))
         columns |= {k: done[group][:, i] for i, k in enumerate(group)}
     return Table(text, layout, columns, {group: done[group] for group in groups})
 
