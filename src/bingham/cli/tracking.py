@@ -159,9 +159,7 @@ def _track(
             spread = {f"{key} ±, median": v for key, v in row["median_deviation_deg"].items() if v is not None}
             errors = {key.replace("_", " "): v for key, v in row.get("error_deg", {}).items()}
             shown |= {key: f"{value:.2f}°" for key, value in (spread | errors).items()}
-            row["files"] += write_pages(
-                folder, recording, time, track, truth, outputs, shown, list(dict.fromkeys(said))
-            )
+            row["files"] += write_pages(folder, recording, time, track, truth, outputs, shown, said)
     return row
 
 
