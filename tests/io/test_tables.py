@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from bingham.errors import RecordingError, RecordingWarning
-from bingham.io import read_csv, read_recording
+from bingham.io import fast, read_csv, read_recording
 from bingham.io import table as tables
 from bingham.io.layout import find_layout
 from bingham.io.table import read_table
@@ -94,6 +94,36 @@ def test_parsers_agree_bit_by_bit(tmp_path, parser):
         assert fast[k].tobytes() == careful[k].tobytes()
 
 
+@pytest.mark.parametrize("end", ["\n", "\r\n", "\r", ""])
+@pytest.mark.parametrize("threads", [1, 3])
+def test_blocks_parsed_at_once_come_in_their_order(tmp_path, monkeypatch, threads, end):
+    pytest.importorskip("pyarrow")
+    monkeypatch.setattr(fast, "BLOCK", 5000)
+    rows = big(np.random.default_rng(8), 3000).splitlines()
+    file = tmp_path / "a.csv"
+    file.write_bytes((end or "\n").join(["t,gx,gy,gz", *rows, "" if end else "1,2,3,4"]).encode())
+    text = opened_text(file)
+    layout = find_layout(text)
+    kinds = dict.fromkeys(range(4), "number")
+    found = joined(fast.by_arrow(text, layout, kinds, threads=threads))
+    careful = joined(tables.by_lines(text, layout, kinds))
+    for k in range(4):
+        assert found[k].tobytes() == careful[k].tobytes()
+    assert len(found[0]) == 3000 + (not end)
+
+
+def test_blocks_before_one_that_no_fast_parser_takes_are_kept(tmp_path, monkeypatch):
+    pytest.importorskip("pyarrow")
+    monkeypatch.setattr(fast, "BLOCK", 5000)
+    rows = big(np.random.default_rng(9), 3000).splitlines()
+    rows[1500] = "7,'1',2,3"
+    text = opened_text(lay(tmp_path, "\n".join(["t,gx,gy,gz", *rows])))
+    got = []
+    with pytest.raises(fast.StumbledError):
+        got.extend(fast.by_arrow(text, find_layout(text), dict.fromkeys(range(4), "number"), threads=3))
+    assert 1000 < sum(len(block[0]) for block in got) <= 1500
+
+
 @pytest.mark.parametrize("cell", ["1_000", "١", "0x10", "1d3", "1,5", "--1", "true", "1 000", "1e"])
 def test_what_is_no_number_to_one_parser_is_none_to_all(tmp_path, monkeypatch, cell):
     text = "t,gx,gy,gz\n" + big(np.random.default_rng(6)) + f'99,1,"{cell}",3\n'
@@ -101,7 +131,7 @@ def test_what_is_no_number_to_one_parser_is_none_to_all(tmp_path, monkeypatch, c
     assert file.stat().st_size > tables.FAST
     with pytest.raises(RecordingError, match=r"line 60002, column gy: .* is not a number"):
         read_csv(file)
-    monkeypatch.setattr(tables, "by_arrow", tables.by_numpy)
+    monkeypatch.setattr(tables, "by_arrow", lambda *arguments, threads: tables.by_numpy(*arguments))
     with pytest.raises(RecordingError, match=r"line 60002, column gy: .* is not a number"):
         read_csv(file)
 

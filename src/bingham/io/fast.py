@@ -5,7 +5,9 @@ pyarrow's, of the extra ``io``, or NumPy's. Both go through the file once and ke
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections import deque
+from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import Future, ThreadPoolExecutor
 from itertools import islice
 from typing import Any
 
@@ -26,8 +28,8 @@ class StumbledError(Exception):
     """The parser met something unusual after what it has yielded."""
 
 
-def by_arrow(text: TextFile, layout: Layout, kinds: dict[int, str]) -> Iterator[dict[int, Any]]:
-    """Yield columns block by block, read by pyarrow.
+def by_arrow(text: TextFile, layout: Layout, kinds: dict[int, str], *, threads: int = 1) -> Iterator[dict[int, Any]]:
+    """Yield columns block by block, read by pyarrow, some blocks ahead in so many threads if there are more than one.
 
     Raises
     ------
@@ -44,31 +46,66 @@ def by_arrow(text: TextFile, layout: Layout, kinds: dict[int, str]) -> Iterator[
         raise StumbledError from None
     types = {"number": pa.float64(), "integer": pa.int64(), "word": pa.string()}
     quoted = any('"' in line for _, line in text.head)  # quotes further down make it fail, and the careful one read
+    names = [str(k) for k in range(layout.width)]
+    parsing = reader.ParseOptions(delimiter=separator, quote_char='"' if quoted else False)
+    conversion = reader.ConvertOptions(
+        column_types={str(k): types[kind] for k, kind in kinds.items()},
+        include_columns=[str(k) for k in kinds],
+        null_values=list(USUALLY_MISSING),
+        decimal_point=layout.decimal,
+        check_utf8="word" in kinds.values(),
+    )
+
+    def parsed(numbered: tuple[int, bytes]) -> dict[int, Any]:
+        number, block = numbered
+        reading = reader.ReadOptions(
+            use_threads=False,
+            block_size=len(block) + 1,
+            skip_rows=0 if number else layout.first - 1,
+            column_names=names,
+        )
+        try:
+            table = reader.read_csv(pa.py_buffer(block), reading, parsing, conversion)
+        except (pa.ArrowException, UnicodeDecodeError):
+            raise StumbledError from None
+        columns = {k: v.chunk(0) for k, v in zip(kinds, table.columns, strict=True)}
+        if any(columns[k].null_count for k, kind in kinds.items() if kind == "integer"):
+            raise StumbledError
+        return {k: v.to_pylist() if kinds[k] == "word" else _array(v) for k, v in columns.items()}
+
+    yield from _ahead(parsed, enumerate(_blocks(text)), threads)
+
+
+def _blocks(text: TextFile) -> Iterator[bytes]:
+    """Yield whole lines, about as many bytes as are parsed at once."""
+    rest = b""
     try:
-        with reader.open_csv(
-            text.path,
-            read_options=reader.ReadOptions(
-                use_threads=False,
-                block_size=BLOCK,
-                skip_rows=layout.first - 1,
-                column_names=[str(k) for k in range(layout.width)],
-            ),
-            parse_options=reader.ParseOptions(delimiter=separator, quote_char='"' if quoted else False),
-            convert_options=reader.ConvertOptions(
-                column_types={str(k): types[kind] for k, kind in kinds.items()},
-                include_columns=[str(k) for k in kinds],
-                null_values=list(USUALLY_MISSING),
-                decimal_point=layout.decimal,
-                check_utf8="word" in kinds.values(),
-            ),
-        ) as blocks:
-            for block in blocks:
-                columns = dict(zip(kinds, block.columns, strict=True))
-                if any(columns[k].null_count for k, kind in kinds.items() if kind == "integer"):
+        with text.path.open("rb") as file:
+            while block := file.read(BLOCK):
+                end = block.rfind(b"\n") + 1 or block.rfind(b"\r") + 1
+                if not end:
                     raise StumbledError
-                yield {k: v.to_pylist() if kinds[k] == "word" else _array(v) for k, v in columns.items()}
-    except (pa.ArrowException, OSError, UnicodeDecodeError):
+                yield rest + block[:end]
+                rest = block[end:]
+    except OSError:
         raise StumbledError from None
+    if rest.strip():
+        yield rest
+
+
+def _ahead(function: Callable[[Any], Any], items: Iterable[Any], threads: int) -> Iterator[Any]:
+    """Yield a function of items in their order, those that follow being worked on in threads of their own."""
+    if threads == 1:
+        yield from map(function, items)
+        return
+    waiting: deque[Future[Any]] = deque()
+    with ThreadPoolExecutor(threads) as pool:
+        for item in items:
+            waiting.append(pool.submit(function, item))
+            if len(waiting) > threads:
+                yield waiting.popleft().result()
+        while waiting:
+            yield waiting.popleft().result()
 
 
 def _array(values: Any) -> Any:
