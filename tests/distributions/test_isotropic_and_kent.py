@@ -161,3 +161,29 @@ def test_the_compiled_isotropic_fit_is_the_root_of_the_likelihood_equation(d, c,
 def test_an_isotropic_fit_of_nonsense_says_so(x, weights, match):
     with pytest.raises(InvalidArgumentError, match=match):
         fit_isotropic(np.array(x), weights)
+
+
+@pytest.mark.parametrize("d", [2, 3, 4, 6])
+@pytest.mark.parametrize("method", ["likelihood", "von_mises_fisher"])
+def test_a_batch_of_isotropic_fits_is_the_fits_one_by_one(d, method):
+    rng = np.random.default_rng(d)
+    c = np.array([[0.5, 8.0, 300.0], [0.0, 40.0, 1e5]])
+    z = np.zeros((2, 3, d))
+    z[..., :-1] = -c[..., None]
+    x = np.stack([[Bingham(z[i, j], np.eye(d)).rvs(25, rng=rng) for j in range(3)] for i in range(2)])
+    w = rng.uniform(size=(3, 25))
+    for weights in (None, w):
+        found = fit_isotropic(x, weights, method=method)
+        assert found.shape == (2, 3)
+        for i in range(2):
+            for j in range(3):
+                one = fit_isotropic(x[i, j], None if weights is None else w[j], method=method)
+                np.testing.assert_allclose(found.z[i, j], one.z, rtol=1e-9, atol=1e-9)
+                np.testing.assert_allclose(np.abs(found.mode[i, j] @ one.mode), 1.0, atol=1e-12)
+                assert found.log_normalizer[i, j] == pytest.approx(one.log_normalizer, abs=1e-9)
+    same = np.array(x)
+    same[1, 0] = same[1, 0, 0]
+    with pytest.raises(InvalidArgumentError, match="sample 3"):
+        fit_isotropic(same)
+    with pytest.raises(InvalidArgumentError, match="weights"):
+        fit_isotropic(x, np.ones(24))

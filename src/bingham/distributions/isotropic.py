@@ -22,7 +22,7 @@ FloatArray = NDArray[np.float64]
 
 STEPS = 60
 EPS = float(np.finfo(np.float64).eps)
-NO_WEIGHTS = np.empty(0)
+NO_WEIGHTS, NO_WEIGHT = np.empty((0, 0)), np.empty(0)
 
 
 def isotropic_concentration(spread: ArrayLike, d: int) -> FloatArray:
@@ -79,7 +79,7 @@ def fit_isotropic(
     *,
     method: Literal["likelihood", "von_mises_fisher"] = "likelihood",
 ) -> Bingham:
-    """Return the isotropic distribution fitted to unit vectors x (n, d): one mode, one concentration.
+    """Return the isotropic distribution fitted to unit vectors x (..., n, d): one mode, one concentration.
 
     "likelihood": the mode is the leading eigenvector of the sample moment, c solves E[(mᵀx)²] = its eigenvalue. Of all
     isotropic distributions this is the most probable one. "von_mises_fisher" (Kurz et al. 2014, Appendix C): with
@@ -88,9 +88,9 @@ def fit_isotropic(
 
     Parameters
     ----------
-    x : (n, d) array_like or Rotation
-        Unit vectors (within 1e-6); signs do not matter.
-    weights : (n,) array_like, optional
+    x : (..., n, d) array_like or Rotation
+        Unit vectors (within 1e-6); signs do not matter. Leading axes are a batch of samples.
+    weights : (..., n) array_like, optional
         Non-negative, not all zero.
     method : {"likelihood", "von_mises_fisher"}
         As above.
@@ -98,7 +98,7 @@ def fit_isotropic(
     Raises
     ------
     InvalidArgumentError
-        If x is malformed or all rows are one axis, which has no finite concentration.
+        If x is malformed or all rows of a sample are one axis, which has no finite concentration.
 
     Examples
     --------
@@ -111,47 +111,65 @@ def fit_isotropic(
     # The kernel checks lengths itself; what it does not take is checked, and said, here.
     fast = type(x) is np.ndarray and x.dtype == np.float64 and x.flags.c_contiguous
     a = cast(FloatArray, x) if fast else unit_rows(x, None, "x")
-    if a.ndim != 2 or not len(a) or a.shape[1] < 2:
-        raise InvalidArgumentError("x", "samples as rows, shape (n, d), d ≥ 2", a.shape)
-    n, d = a.shape
-    w = NO_WEIGHTS if weights is None else _checked_weights(weights, n)
+    if a.ndim < 2 or not a.shape[-2] or a.shape[-1] < 2:
+        raise InvalidArgumentError("x", "samples as rows, shape (..., n, d), n ≥ 1, d ≥ 2", a.shape)
+    batch, (n, d) = a.shape[:-2], a.shape[-2:]
+    w = NO_WEIGHTS if weights is None else _checked_weights(weights, a.shape[:-1])
+    if not batch and d <= RULE_DIMENSION and method == "likelihood":
+        from bingham.kernels.isotropic import fit_isotropic_one
+
+        one_z, one_frame, one_log_f, one_spread = fit_isotropic_one(a, w[0] if w.size else NO_WEIGHT)
+        if one_spread > 4.0 * EPS and one_z[0] == one_z[0]:
+            return Bingham.from_spectrum(one_z, one_frame, one_log_f)
+    a = a.reshape(-1, n, d)
     if d > RULE_DIMENSION:
-        a = unit_rows(x, None, "x")
-        spread, frame = _spread(a, w if w.size else np.full(n, 1.0 / n))
-        z, log_f = np.full(d, np.nan), None
+        a = unit_rows(x, None, "x").reshape(-1, n, d)
+        spread, frame = _spread(a, w if w.size else np.full((len(a), n), 1.0 / n))
+        z, log_f = np.full((len(a), d), np.nan), np.full(len(a), np.nan)
     else:
         from bingham.kernels.isotropic import fit_isotropic_rows
 
         z, frame, log_f, spread = fit_isotropic_rows(a, w)
-        if spread != spread:
-            a = unit_rows(x, None, "x")
+        if np.isnan(spread).any():
+            a = unit_rows(x, None, "x").reshape(-1, n, d)
             z, frame, log_f, spread = fit_isotropic_rows(a, w)
-    if not spread > 4.0 * EPS:
-        raise InvalidArgumentError("x", "at least two different axes", f"{n} rows of one axis", "add samples")
+    if not (spread > 4.0 * EPS).all():
+        which = f", sample {int(np.argmin(spread > 4.0 * EPS))}" if batch else ""
+        raise InvalidArgumentError("x", "at least two different axes", f"{n} rows of one axis{which}", "add samples")
     if method == "von_mises_fisher":
-        return _isotropic(2.0 * _fisher(a @ frame[:, -1], w if w.size else np.full(n, 1.0 / n), d), frame)
-    if z[0] != z[0]:
-        return _isotropic(float(isotropic_concentration(spread, d)), frame)
-    return Bingham.from_spectrum(z, frame, log_f)
+        shares = w if w.size else np.full((len(a), n), 1.0 / n)
+        cosines = np.einsum("kni,ki->kn", a, frame[:, :, -1])
+        c = np.array([2.0 * _fisher(cosine, share, d) for cosine, share in zip(cosines, shares, strict=True)])
+    elif np.isnan(z[:, 0]).any():
+        c = isotropic_concentration(spread, d)
+    else:
+        return Bingham.from_spectrum(z.reshape(*batch, d), frame.reshape(*batch, d, d), _value(log_f, batch))
+    z = np.zeros((len(a), d))
+    z[:, :-1] = -c[:, None]
+    return Bingham.from_spectrum(z.reshape(*batch, d), np.ascontiguousarray(frame).reshape(*batch, d, d))
 
 
-def _checked_weights(weights: ArrayLike, n: int) -> FloatArray:
+def _value(a: FloatArray, batch: tuple[int, ...]) -> Any:
+    return a.reshape(batch) if batch else a[0]
+
+
+def _checked_weights(weights: ArrayLike, shape: tuple[int, ...]) -> FloatArray:
+    """Return weights (m, n) with sum 1 for m samples of n rows."""
     w = as_numbers(weights, "weights")
-    if w.shape != (n,) or not np.all(w >= 0.0) or not 0.0 < w.sum() < np.inf:
-        raise InvalidArgumentError("weights", f"finite, not negative, not all 0, shape ({n},)", weights)
-    return w / w.sum()
+    try:
+        w = np.broadcast_to(w, shape).reshape(-1, shape[-1])
+    except ValueError:
+        raise InvalidArgumentError("weights", f"one for each row, shape {shape}", w.shape) from None
+    total = w.sum(axis=1)
+    if not (np.all(w >= 0.0) and np.all(total > 0.0) and np.all(total < np.inf)):
+        raise InvalidArgumentError("weights", "finite, not negative, not all 0", weights)
+    return w / total[:, None]
 
 
-def _spread(a: FloatArray, w: FloatArray) -> tuple[float, FloatArray]:
-    """Return E[1 − (mᵀx)²] of samples a (n, d), and axes by columns, the mode m last."""
-    values, frame = np.linalg.eigh(a.T @ (a * w[:, None]))
-    return float(np.maximum(values[:-1], 0.0).sum() / values.sum()), frame
-
-
-def _isotropic(c: float, frame: FloatArray) -> Bingham:
-    z = np.full(len(frame), -c)
-    z[-1] = 0.0
-    return Bingham.from_spectrum(z, np.ascontiguousarray(frame))
+def _spread(a: FloatArray, w: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return E[1 − (mᵀx)²] (m,) of samples a (m, n, d), and axes by columns, the mode last."""
+    values, frame = np.linalg.eigh(np.swapaxes(a, 1, 2) @ (a * w[..., None]))
+    return np.maximum(values[:, :-1], 0.0).sum(axis=1) / values.sum(axis=1), frame
 
 
 def _fisher(cosine: FloatArray, share: FloatArray, d: int) -> float:

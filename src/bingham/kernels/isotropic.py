@@ -1,4 +1,9 @@
-"""Isotropic fit, z = (−c, …, −c, 0), of samples on S^{d−1}, d ≤ 4, in one call: moment, mode, c and log F."""
+"""Isotropic fit, z = (−c, …, −c, 0), of samples on S^{d−1}, d ≤ 4, in one call: moment, mode, c and log F.
+
+On this family the 8-node rule of `kernels.rule` has one variable: with u = s + c and p = (d − 1)/2,
+F/(2 π^{d/2}) = Σ Im[c̃ u^{−p}], its derivative by −c is p Σ Im[c̃ u^{−p−1}], the next p (p + 1) Σ Im[c̃ u^{−p−2}],
+where c̃ = cₖ sₖ^{−1/2} carries the axis of the mode.
+"""
 
 from __future__ import annotations
 
@@ -7,15 +12,18 @@ import math
 import numpy as np
 
 from bingham.kernels.compile import compiled
-from bingham.kernels.linalg import diagonalize
-from bingham.kernels.numpy_rule import LOG_FRONT
-from bingham.kernels.rule import WEIGHTS_I, WEIGHTS_R, sums_4
+from bingham.kernels.linalg import diagonalize, diagonalize_4
+from bingham.kernels.numpy_rule import LOG_FRONT, NODES, SI, SR, WEIGHTS
 
-__all__ = ["fit_isotropic_rows"]
+__all__ = ["fit_isotropic_one", "fit_isotropic_rows"]
 
 MAX_STEPS = 60
 # Squares of lengths further from 1 than this are left to the caller, which says which row it is.
 UNIT_SQUARE = 1.9e-6
+# Weights of the sums above, and of the mode's own moment, ½ Σ Im[c̃ u^{−p}/s].
+FRONT, MODE = WEIGHTS * NODES**-0.5, 0.5 * WEIGHTS * NODES**-1.5
+FRONT_R, FRONT_I = np.ascontiguousarray(FRONT.real), np.ascontiguousarray(FRONT.imag)
+MODE_R, MODE_I = np.ascontiguousarray(MODE.real), np.ascontiguousarray(MODE.imag)
 
 
 @compiled(fast=True)
@@ -83,19 +91,43 @@ def _moments_4(x, weights):
 
 
 @compiled()
+def _sums(c, d, terms):
+    """Return F/(2 π^{d/2}), ω = E[1 − (mᵀx)²] and −∂ω/∂c for z = (−c, …, −c, 0); terms (32,) is scratch."""
+    for k in range(8):
+        a, b = SR[k] + c, SI[k]
+        n = 1.0 / (a * a + b * b)
+        # v = 1/u lies below the real axis, and so does its principal root r.
+        vr, vi = a * n, -b * n
+        t = math.sqrt(0.5 * (math.sqrt(n) + abs(vr)))
+        o = -0.5 * vi / t
+        rr, ri = (t, -o) if vr >= 0.0 else (o, -t)
+        tr, ti = (rr, ri) if d != 3 else (vr, vi)
+        if d == 4:
+            tr, ti = rr * vr - ri * vi, rr * vi + ri * vr
+        terms[24 + k] = MODE_R[k] * ti + MODE_I[k] * tr
+        tr, ti = FRONT_R[k] * tr - FRONT_I[k] * ti, FRONT_R[k] * ti + FRONT_I[k] * tr
+        terms[k] = ti
+        tr, ti = tr * vr - ti * vi, tr * vi + ti * vr
+        terms[8 + k] = ti
+        terms[16 + k] = tr * vi + ti * vr
+    for j in range(0, 32, 8):
+        even = (terms[j] + terms[j + 4]) + (terms[j + 2] + terms[j + 6])
+        terms[j] = even + ((terms[j + 1] + terms[j + 5]) + (terms[j + 3] + terms[j + 7]))
+    p = 0.5 * (d - 1)
+    f, across = terms[0], p * terms[8]
+    # Both moments sum to 1; dividing by the sum removes the common part of the quadrature error.
+    across /= across + terms[24]
+    return f, across, p * (p + 1.0) * terms[16] / f - across * across
+
+
+@compiled()
 def _concentration(spread, d, terms):
     """Return (c, log F) with E[1 − (mᵀx)²] = spread, by Newton's method on logarithms; c is NaN if it fails."""
     top = 1.0 - spread
     # Lower bound of Sra & Karp (2013), the middle of a few: exact at both ends.
     c = max((0.5 * d * top - 0.5) / (top * spread) * (1.0 + spread / (0.5 * (d - 1))), 0.0)
-    cr, ci = WEIGHTS_R[d - 2], WEIGHTS_I[d - 2]
     for _ in range(MAX_STEPS):
-        z1, z2 = (-c if d > 2 else 0.0), (-c if d > 3 else 0.0)
-        f, across, g1, g2, _, slope, h01, h02, h11, h12, h22 = sums_4(-c, z1, z2, d, cr, ci, terms)
-        if d > 2:
-            across, slope = across + g1, slope + h11 + 2.0 * h01
-        if d > 3:
-            across, slope = across + g2, slope + h22 + 2.0 * (h02 + h12)
+        f, across, slope = _sums(c, d, terms)
         if c <= 1e-8:
             return c, math.log(f) + LOG_FRONT[d - 2]
         # d log(spread)/d log c = −slope c/spread.
@@ -109,14 +141,9 @@ def _concentration(spread, d, terms):
 
 
 @compiled()
-def fit_isotropic_rows(x, weights):
-    """Return (z, M, log F, spread) of the isotropic maximum-likelihood fit to unit rows x (n, d), d = 2, 3 or 4.
-
-    weights (n,), or none for equal ones. What needs words is left to the caller, with spread NaN: rows that are no unit
-    vectors, and weights without a positive sum. A spread of rounding size and a c that is NaN are the caller's, too.
-    """
+def _fit_one(x, weights, b, z, rows, terms):
+    """Fit one sample x (n, d): write z (d,) and the axes by rows; return (log F, spread). b (d, d) is scratch."""
     d = x.shape[1]
-    b = np.zeros((d, d))
     if d == 2:
         b[0, 0], b[0, 1], b[1, 1], wrong, total = _moments_2(x, weights)
     elif d == 3:
@@ -124,19 +151,50 @@ def fit_isotropic_rows(x, weights):
     else:
         (b[0, 0], b[0, 1], b[0, 2], b[0, 3], b[1, 1], b[1, 2], b[1, 3], b[2, 2], b[2, 3], b[3, 3], wrong,
          total) = _moments_4(x, weights)  # fmt: skip
-    z, frame = np.empty(d), np.eye(d)
-    if wrong or not 0.0 < total < math.inf:
-        return z, frame, math.nan, math.nan
+    rows[:] = 0.0
     trace = 0.0
     for i in range(d):
+        rows[i, i] = 1.0
         trace += b[i, i]
-    diagonalize(b, z, frame)
+    if wrong or not 0.0 < total < math.inf:
+        return math.nan, math.nan
+    if d == 4:
+        diagonalize_4(b, z, rows)
+    else:
+        diagonalize(b, z, rows)
     spread = 0.0
     for i in range(d - 1):
         spread += max(z[i], 0.0)
     spread = min(spread / trace, 1.0 - 1.0 / d)
-    c, log_f = _concentration(spread, d, np.empty(88)) if spread > 0.0 else (math.nan, math.nan)
+    c, log_f = _concentration(spread, d, terms) if spread > 0.0 else (math.nan, math.nan)
     for i in range(d - 1):
         z[i] = -c
     z[d - 1] = 0.0
-    return z, frame.T.copy(), log_f, spread
+    return log_f, spread
+
+
+@compiled()
+def fit_isotropic_one(x, weights):
+    """Return (z, M, log F, spread) of the isotropic maximum-likelihood fit to unit rows x (n, d), d = 2, 3 or 4.
+
+    weights (n,), or none for equal ones. What needs words is left to the caller, with spread NaN: rows that are no unit
+    vectors, and weights without a positive sum. So are a spread of rounding size and a c that is NaN.
+    """
+    d = x.shape[1]
+    z, rows = np.empty(d), np.empty((d, d))
+    log_f, spread = _fit_one(x, weights, np.zeros((d, d)), z, rows, np.empty(32))
+    return z, rows.T.copy(), log_f, spread
+
+
+@compiled()
+def fit_isotropic_rows(x, weights):
+    """Return what `fit_isotropic_one` does, each (m, …), for samples x (m, n, d); weights (m, n), or (0, 0)."""
+    m, d = x.shape[0], x.shape[2]
+    z, frames, log_f, spread = np.empty((m, d)), np.empty((m, d, d)), np.empty(m), np.empty(m)
+    b, rows, terms, none = np.zeros((d, d)), np.empty((d, d)), np.empty(32), np.empty(0)
+    for k in range(m):
+        log_f[k], spread[k] = _fit_one(x[k], weights[k] if weights.size else none, b, z[k], rows, terms)
+        for i in range(d):
+            for j in range(d):
+                frames[k, i, j] = rows[j, i]
+    return z, frames, log_f, spread
