@@ -12,7 +12,16 @@ from bingham.models.motion import ControlledRotation
 from bingham.rotations import rotate
 from bingham.studies import load_study
 from bingham.studies.execute import run_study
-from bingham.studies.li2019 import PROCESS, VECTOR, IsotropicVector, milliseconds_per_step, rotated, simulate
+from bingham.studies.li2019 import (
+    FILTERS,
+    NOISE_LEVELS,
+    PROCESS,
+    VECTOR,
+    IsotropicVector,
+    milliseconds_per_step,
+    rotated,
+    simulate,
+)
 from bingham.studies.li2019_sampling import EXAMPLES, _case, distribution_of, trust_region
 
 
@@ -121,3 +130,14 @@ def test_every_filter_reports_error_and_time(result):
         assert np.isfinite(row.value), row
     timed = {row.filter for row in result.table if row.metric == "ms_per_step"}
     assert {"unscented_7", "rss_100", "particle_2000", "conjugate", "quadrature"} <= timed
+
+
+def test_every_filter_runs_at_every_noise(result):
+    for level in range(len(NOISE_LEVELS)):
+        for name in FILTERS:
+            assert np.all(np.isfinite(result.curves[f"rmse/{level}/{name}"]))
+    # The run that is drawn follows the truth where single updates do.
+    error = {
+        name: np.linalg.norm(result.curves[f"track/{name}"] - result.curves["track/truth"], axis=1) for name in FILTERS
+    }
+    assert np.median(error["rss_progressive_100"]) < 0.1 < np.median(error["unscented_7"])

@@ -1,4 +1,4 @@
-"""Figures of the 2019 study: method (Fig. 1), samples (Figs. 2, 3), corrections (5), errors (7), error and time (8)."""
+"""Figures of the 2019 study: method (Fig. 1), samples (2, 3), corrections (5), a run (6), errors (7) and time (8)."""
 
 from __future__ import annotations
 
@@ -39,13 +39,17 @@ LABELS = {
 COLOURS = {"unscented": "#D55E00", "random": "#999999", "rss": "#0072B2", "particle": "#999999", "conjugate": "#009E73",
            "quadrature": "#009E73"}  # fmt: skip
 
+# Filters whose run is drawn.
+SHOWN = ("unscented_7", "rss_100", "rss_progressive_100")
+
 
 def draw(result: StudyResult) -> dict[str, Figure]:
-    """Return the figures ``method``, ``samples``, ``corrections``, ``errors`` and ``time``."""
+    """Return the figures ``method``, ``samples``, ``corrections``, ``track``, ``errors`` and ``time``."""
     return {
         "method": _method(),
         "samples": _samples(result),
         "corrections": _corrections(result),
+        "track": _track(result),
         "errors": _errors(result),
         "time": _time(result),
     }
@@ -136,29 +140,35 @@ def _corrections(result: StudyResult) -> Figure:
     return figure
 
 
-def _present(result: StudyResult, level: int) -> list[str]:
-    return [name for name in LABELS if f"rmse/{level}/{name}" in result.curves]
+def _track(result: StudyResult) -> Figure:
+    """Where the rotated vector points in one run, component by component."""
+    figure, axes = new_figure(9.5, 5.0, 3, 1, sharex=True)
+    truth = result.curves["track/truth"]
+    steps = np.arange(1, len(truth) + 1)
+    for i, ax in enumerate(axes):
+        ax.plot(steps, truth[:, i], color="black", lw=2.2, label="truth")
+        for name in SHOWN:
+            label, colour = LABELS[name], "#56B4E9" if name == "rss_100" else COLOURS[name.split("_")[0]]
+            ax.plot(steps, result.curves[f"track/{name}"][:, i], color=colour, lw=1.1, label=label)
+        ax.set(ylabel="xyz"[i], ylim=(-1.05, 1.05), yticks=(-1, 0, 1))
+    axes[0].set(title=f"rotated vector, a = {LEVELS[-1]}", xlim=(1, len(truth)))
+    axes[-1].set(xlabel="step")
+    handles, labels = axes[0].get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside right center", fontsize=8, frameon=False)
+    return figure
 
 
 def _errors(result: StudyResult) -> Figure:
     figure, axes = new_figure(10.5, 4.2, 1, len(LEVELS), sharey=True)
-    shown = _present(result, len(LEVELS) - 1)
     for level, ax in enumerate(axes):
-        for row, name in enumerate(shown):
-            values = result.curves.get(f"rmse/{level}/{name}")
-            if values is None:
-                continue
+        for row, name in enumerate(LABELS):
+            values = result.curves[f"rmse/{level}/{name}"]
             box = ax.boxplot(values, positions=[-row], orientation="horizontal", widths=0.6, patch_artist=True,
                              flierprops={"ms": 2}, medianprops={"color": "black"})  # fmt: skip
             box["boxes"][0].set(facecolor=COLOURS[name.split("_")[0]], alpha=0.6)
-        # After the scale is known: a filter that the study leaves out at this noise is named, not just absent.
         ax.set(xlabel="RMSE of the rotated vector [rad]", title=f"a = {LEVELS[level]}", xscale="log")
-        for row, name in enumerate(shown):
-            if f"rmse/{level}/{name}" not in result.curves:
-                about = {"transform": ax.get_yaxis_transform(), "ha": "center", "va": "center", "color": "0.5"}
-                ax.text(0.5, -row, "not run", fontsize=8, **about)
         _decimal_ticks(ax.xaxis)
-    axes[0].set_yticks([-row for row in range(len(shown))], [LABELS[name] for name in shown])
+    axes[0].set_yticks([-row for row in range(len(LABELS))], list(LABELS.values()))
     return figure
 
 
@@ -181,7 +191,7 @@ def _time(result: StudyResult) -> Figure:
     figure, axes = new_figure(9.5, 3.8, 1, 2)
     marks = dict(zip(LABELS, "oshPXDv^<>*d", strict=True))
     for ax, level in zip(axes, (1, 2), strict=True):
-        for name in _present(result, level):
+        for name in LABELS:
             x = float(result.curves[f"ms/{level}/{name}"][0])
             y = result.curves[f"rmse/{level}/{name}"]
             spread = y.std(ddof=1) / np.sqrt(y.size) if y.size > 1 else 0.0
