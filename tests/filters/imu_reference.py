@@ -173,10 +173,10 @@ class Reference:
         residual -= 2.0 * np.pi * np.floor(residual / (2.0 * np.pi) + 0.5)
         predicted = H @ self.P @ H
         assert hidden2 <= par.field_limit**2 and residual**2 <= model.HEADING_LIMIT * (predicted + variance), "a fault"
-        gain, change = min(1.0, dt / model.RESIDUAL_TIME), residual - self.residual_mean
-        self.residual_mean += gain * change
-        self.residual_variance = (1.0 - gain) * (self.residual_variance + gain * change**2)
         if predicted < model.UNKNOWN_HEADING:
+            gain, change = min(1.0, dt / model.RESIDUAL_TIME), residual - self.residual_mean
+            self.residual_mean += gain * change
+            self.residual_variance = (1.0 - gain) * (self.residual_variance + gain * change**2)
             share = model.RESIDUAL_SHARE * self.residual_variance
             lasts = model.REST_LASTS if self.resting else 1.0
             variance = (variance * lasts + share) * par.magnetometer_time * 2.0 / dt
@@ -193,6 +193,7 @@ class Reference:
         extra = np.outer(lag, lag) + tilted * np.diag([1.0, 1.0, 0.0])
         drift = par.gyroscope_scale_error**2 * np.sum(self.turned**2) * (self.unknown_heading > 0.0)
         north = (loop.NORTH_SHARE * par.magnetometer_error) ** 2 * (self.weight > 0.0)
+        north += self.residual_mean**2 + model.RESIDUAL_SHARE * self.residual_variance
         extra[2, 2] += self.unknown_heading + drift + north
         level = max(self.level, loop.LEVEL_FLOOR, min(self.surprise, loop.MAXIMAL_SURPRISE))
         scale = np.sqrt([level, level, 1.0])

@@ -142,6 +142,17 @@ def test_smartphones_no_worse_than_the_best_open_filter():
     assert not [name for name in ours if diverges(ours[name], best[name])]
 
 
+@pytest.mark.skipif(not (DATA / "smartphone").is_dir(), reason="the phone recordings are not beside the project")
+def test_reported_heading_holds_the_true_one_in_bent_fields():
+    inside = []
+    for r in folder("smartphone"):
+        track = ImuFilter().run(r)
+        heading, scored = errors(track, r)[1:]
+        deviation = np.sqrt(track.covariance(frame="world")[scored, 2, 2])
+        inside.append([np.mean(np.abs(heading) <= k * deviation) for k in (1.96, 3.0)])
+    assert (np.mean(inside, axis=0) >= [0.85, 0.94]).all()
+
+
 def diverges(ours, best):
     """Lost where the other filter follows: beyond twice its error, and beyond 15°, what disturbed fields cost here."""
     return ours > max(2.0 * best, 15.0)

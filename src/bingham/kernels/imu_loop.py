@@ -20,6 +20,7 @@ from bingham.kernels.imu_model import (
     PENDING,
     RECENT,
     REPEATED,
+    RESIDUAL_SHARE,
     SIZE,
     UNKNOWN,
     begin,
@@ -428,7 +429,7 @@ def readout(s, par, q, c, extra):
     The gyroscope's samples lag behind the motion by a delay, of which a share σ is unknown: σ² ωωᵀ. The mounting gives
     under the force: alignment_error² (|f|/g)². Where nothing shows the heading, constant errors of scale and axes, each
     with the standard deviation gyroscope_scale_error, add up over the turns since the start. A field that has set the
-    heading leaves a share of its error.
+    heading leaves a share of its error; where it lately disagrees with the heading, one of the two is wrong by that much.
     """
     o, lead = s.orientation, par.gyroscope_delay
     x, y, z = s.rate[0] - s.bias[0], s.rate[1] - s.bias[1], s.rate[2] - s.bias[2]
@@ -454,6 +455,7 @@ def readout(s, par, q, c, extra):
         extra[2, 2] += par.gyroscope_scale_error**2 * turned2
     if s.field_weight > 0.0:
         extra[2, 2] += (NORTH_SHARE * par.magnetometer_error) ** 2
+        extra[2, 2] += s.residual_mean**2 + RESIDUAL_SHARE * s.residual_variance
     root = math.sqrt(max(s.level, LEVEL_FLOOR, min(s.surprise, MAXIMAL_SURPRISE)))
     for i in range(3):
         for j in range(3):

@@ -529,12 +529,12 @@ def heading_update(s, par, w):
             s.heading_refused = 0.0
         return 0.0
     s.heading_refused = 0.0
-    # Errors of a magnetometer are places, not noise: independent once in twice the time a place lasts.
-    gain = min(1.0, dt / RESIDUAL_TIME)
-    change = residual - s.residual_mean
-    s.residual_mean += gain * change
-    s.residual_variance = (1.0 - gain) * (s.residual_variance + gain * change * change)
     if predicted < UNKNOWN_HEADING:
+        gain = min(1.0, dt / RESIDUAL_TIME)
+        change = residual - s.residual_mean
+        s.residual_mean += gain * change
+        s.residual_variance = (1.0 - gain) * (s.residual_variance + gain * change * change)
+        # Errors of a magnetometer are places, not noise: independent once in twice the time a place lasts.
         lasts = par.magnetometer_time * (REST_LASTS if s.resting > 0 else 1.0)
         variance = (variance * lasts + RESIDUAL_SHARE * s.residual_variance * par.magnetometer_time) * 2.0 / dt
     # Directions on a circle add as vectors of length κ (von Mises: the Bingham density along the girdle of headings).
