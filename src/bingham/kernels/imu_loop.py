@@ -429,7 +429,7 @@ def readout(s, par, q, c, extra):
     The gyroscope's samples lag behind the motion by a delay, of which a share σ is unknown: σ² ωωᵀ. The mounting gives
     under the force: alignment_error² (|f|/g)². Where nothing shows the heading, constant errors of scale and axes, each
     with the standard deviation gyroscope_scale_error, add up over the turns since the start. A field that has set the
-    heading leaves a share of its error; where it lately disagrees with the heading, one of the two is wrong by that much.
+    heading leaves a share of its error; where it lately disagrees with the heading, one of the two is wrong by that.
     """
     o, lead = s.orientation, par.gyroscope_delay
     x, y, z = s.rate[0] - s.bias[0], s.rate[1] - s.bias[1], s.rate[2] - s.bias[2]
