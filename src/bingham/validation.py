@@ -162,11 +162,11 @@ def is_missing(z: Any) -> bool:
 def unit_row(x: ArrayLike | Rotation, d: int, name: str) -> FloatArray:
     """Return one unit vector (d,), as `unit_rows`; fast for float64 arrays that are unit vectors already."""
     if isinstance(x, np.ndarray) and x.dtype == np.float64 and x.shape == (d,):
-        square = sum([c * c for c in x.tolist()])
-        if abs(square - 1.0) <= 4e-16:
+        norm = math.hypot(*x.tolist())
+        if abs(norm - 1.0) <= 2e-16:
             return x
-        if abs(square - 1.0) <= UNIT_TOLERANCE:
-            return x / math.sqrt(square)
+        if abs(norm - 1.0) <= 0.5 * UNIT_TOLERANCE:
+            return x / norm
     a = np.atleast_1d(as_numbers(x, name))
     missing_rows(a, name)
     a = unit_rows(a, d, name)

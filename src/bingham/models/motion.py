@@ -40,7 +40,7 @@ class MotionModel(Protocol):
 
 def check_single(state: Bingham, d: int) -> None:
     """Raise unless the state is a single distribution of dimension d."""
-    if state.dim != d or state.shape:
+    if state.z.shape != (d,):
         raise InvalidArgumentError(
             "state", f"a single distribution of dimension {d}", f"dimension {state.dim}, batch {state.shape}"
         )
