@@ -25,11 +25,10 @@ from bingham.inference import (
     symmetry_test,
     uniformity_test,
 )
-from bingham.inference.intervals import crowding, profile_ratio
+from bingham.inference.neighbours import NORMAL, gaps, limits, pivot, profile_root
 
 RESULTS = Path(__file__).resolve().parents[1] / "docs/studies/results/inference.json"
 FIGURE = RESULTS.parents[2] / "_static/power.png"
-CHI2 = 3.841458820694124
 RESAMPLES = 199  # (1 + count)/200 ≤ 0.05 has size 0.05 exactly
 SHAPES = {
     "d = 3 bipolar": [-20.0, -15.0, 0.0],
@@ -45,6 +44,12 @@ TIES = {
     "(−30; −30; −30; 0)": [-30.0, -30.0, -30.0, 0.0],
     "uniform in space": [0.0, 0.0, 0.0],
 }
+# Concentrations that played no part in any choice: equal, near, far apart, weak, narrow.
+OTHERS = [
+    [-12.0, -12.0, 0.0], [-4.0, -4.0, 0.0], [-45.0, -20.0, 0.0], [-400.0, -250.0, 0.0], [-200.0, -20.0, 0.0],
+    [-15.0, 0.0, 0.0], [-6.0, -2.0, 0.0], [-40.0, -40.0, -40.0, 0.0], [-50.0, -50.0, -15.0, 0.0],
+    [-50.0, -15.0, -15.0, 0.0], [-60.0, -38.0, -24.0, 0.0], [-300.0, -60.0, -10.0, 0.0], [-8.0, -5.0, -3.0, 0.0],
+]  # fmt: skip
 Row = tuple[str, str, str, float]
 
 
@@ -59,6 +64,19 @@ def axes_cover(x) -> Iterator[tuple[str, float]]:
         yield f"axis {k + 1}", np.mean(mean_axis_test(x, np.eye(d)[k], index=k).pvalue >= 0.05)
 
 
+def concentrations_cover(x, z) -> Iterator[tuple[str, float]]:
+    """Yield the share of samples whose interval of each concentration holds z: there the pivot is within its limits."""
+    n = x.shape[-2]
+    fitted = Bingham.fit(x)
+    w, plain = fitted.axis_moments, np.array(fitted.z)
+    best_z, best = marginal_fit(w, n, plain)
+    near = gaps(plain, w, n)
+    for k in range(len(z) - 1):
+        given = k, np.full(len(x), z[k]), best_z, w, n, best
+        yield f"z {k + 1}", np.mean(np.abs(pivot(*given, limits(k, near))) <= NORMAL)
+        yield f"z {k + 1} by χ²", np.mean(np.abs(profile_root(*given)[0]) <= NORMAL)
+
+
 def coverage(replicates: int) -> Iterator[Row]:
     for name, z in (SHAPES | TIES).items():
         d = len(z)
@@ -71,17 +89,14 @@ def coverage(replicates: int) -> Iterator[Row]:
                     yield case, label, method, confidence_ellipse(x, method=method).contains(np.eye(d)[-1]).mean()
             for metric, value in axes_cover(x):
                 yield case, label, metric, value
-            if name not in SHAPES:
-                continue
-            # c is in the profile's interval where its ratio is below the limit: no need to look for the ends.
-            fitted = Bingham.fit(x)
-            w = fitted.axis_moments
-            best_z, best = marginal_fit(w, n, np.array(fitted.z))
-            factor = crowding(fitted.z, w, n)
-            for k in range(d - 1):
-                ratio = profile_ratio(k, np.full(len(x), z[k]), best_z, w, n, best)
-                yield case, label, f"z {k + 1}", np.mean(ratio * factor[:, k] <= CHI2)
-                yield case, label, f"z {k + 1} by χ²", np.mean(ratio <= CHI2)
+            if name in SHAPES:
+                for metric, value in concentrations_cover(x, z):
+                    yield case, label, metric, value
+    for z in OTHERS:
+        for n in (10, 14, 30):
+            label = "(" + "; ".join(f"{v:g}" for v in z).replace("-", "−") + f") n = {n}"
+            for metric, value in concentrations_cover(sample(z, (replicates, n), n), z):
+                yield "coverage elsewhere", label, metric, value
 
 
 def sizes(replicates: int) -> Iterator[Row]:

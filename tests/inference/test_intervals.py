@@ -5,7 +5,9 @@ import pytest
 from scipy.stats import chi2, f
 
 from bingham import Bingham, InvalidArgumentError
+from bingham.distributions.marginal import marginal_fit
 from bingham.inference import concentration_intervals, confidence_ellipse, mean_axis_test
+from bingham.inference.neighbours import gaps, limits, pivot, profile_root
 
 REPLICATES = 2000
 # Four standard errors of a share of 0.95.
@@ -55,21 +57,66 @@ def test_regions_cover_where_concentrations_are_equal(z):
     assert np.mean(semi == np.pi / 2) > 0.8
 
 
-@pytest.mark.parametrize("n", [10, 20, 50])
-@pytest.mark.parametrize("name", SHAPES)
-def test_concentration_intervals_cover(name, n):
-    p, x = replicates(SHAPES[name], n, n)
-    part = x[:1000]
-    result = concentration_intervals(part)
-    covered = np.mean((result.low <= p.z) & (p.z <= result.high), axis=0)[:-1]
-    assert np.all(covered > 0.93 - 1.5 * CHANCE)
-    # Concentrations that nearly agree are covered too often.
-    assert np.all(covered < (0.985 if name == "bipolar" else 0.965 + 1.5 * CHANCE))
-    if n == 10:  # the control: maximum likelihood plus and minus two of its errors is far off its mark
-        errors = Bingham.fit(part).standard_errors(n).concentrations
-        low = Bingham.fit(part).z + 1.96 * errors < p.z
-        high = Bingham.fit(part).z - 1.96 * errors > p.z
-        assert np.any(np.abs([*low.mean(axis=0)[:-1], *high.mean(axis=0)[:-1]] - np.full(2 * p.dim - 2, 0.025)) > 0.012)
+def pivots(x, z):
+    """Return t (R, d − 1) of the true z for samples x (R, n, d): within ±1.96 where the interval holds them."""
+    n = x.shape[-2]
+    fitted = Bingham.fit(x)
+    w, plain = fitted.axis_moments, np.array(fitted.z)
+    best_z, best = marginal_fit(w, n, plain)
+    near = gaps(plain, w, n)
+    every = [np.full(len(x), c) for c in z]
+    root = [profile_root(k, every[k], best_z, w, n, best)[0] for k in range(len(z) - 1)]
+    t = [pivot(k, every[k], best_z, w, n, best, limits(k, near)) for k in range(len(z) - 1)]
+    return np.stack(t, axis=1), np.stack(root, axis=1)
+
+
+@pytest.mark.parametrize("n", [10, 24])
+@pytest.mark.parametrize(
+    "z",
+    [
+        *SHAPES.values(),
+        [-12.0, -12.0, 0.0],
+        [-15.0, 0.0, 0.0],
+        [-400.0, -300.0, 0.0],
+        [-30.0, -30.0, -30.0, 0.0],
+        [-30.0, -25.0, -20.0, 0.0],
+        [-50.0, -50.0, -15.0, 0.0],
+        [-300.0, -60.0, -10.0, 0.0],
+    ],
+)
+def test_concentration_intervals_cover(z, n):
+    """Equal, near and far concentrations alike; two standard errors of 3000 samples are given to chance."""
+    x = Bingham(z, np.eye(len(z))).rvs((3000, n), rng=n)
+    t, plain = pivots(x, z)
+    covered = np.mean(np.abs(t) <= 1.96, axis=0)
+    assert np.all((covered > 0.93 - 0.008) & (covered < 0.965 + 0.007))
+    result = concentration_intervals(x[:100])
+    inside = (result.low <= z) & (np.array(z) <= result.high)
+    # Close to a limit t may cross it thrice, as concentrations fitted under the hypothesis join.
+    clear = np.abs(np.abs(t[:100]) - 1.96) > 0.1
+    np.testing.assert_array_equal(inside[:, :-1][clear], (np.abs(t[:100]) <= 1.96)[clear])
+    if z[:2] == [-30.0, -25.0]:  # the control: by χ² the middle one of near ones is held too often
+        assert np.mean(np.abs(plain[:, 1]) <= 1.96) > 0.98
+
+
+def test_errors_of_intervals_are_even_where_concentrations_are_far_apart():
+    """Skewness is taken back: each end misses in a fortieth of the samples, which plain χ² does not."""
+    z = [-200.0, -20.0, 0.0]
+    t, plain = pivots(Bingham(z, np.eye(3)).rvs((20_000, 10), rng=1), z)
+    for side in (-1.0, 1.0):
+        np.testing.assert_allclose(np.mean(side * t > 1.96, axis=0), 0.025, atol=0.008)
+    assert np.mean(plain[:, 0] < -1.96) > 0.034
+    assert np.mean(plain[:, 0] > 1.96) < 0.021
+
+
+def test_maximum_likelihood_and_its_errors_are_off():
+    """The control: two standard errors about the maximum of the likelihood are far from 0.025 beyond each end."""
+    for name in SHAPES:
+        p, x = replicates(SHAPES[name], 10, 10)
+        fitted = Bingham.fit(x)
+        errors = fitted.standard_errors(10).concentrations
+        beyond = [(fitted.z + side * 1.96 * errors - p.z)[:, :-1] * side < 0.0 for side in (-1.0, 1.0)]
+        assert np.any(np.abs(np.mean(beyond, axis=1) - 0.025) > 0.012)
 
 
 def test_bias_of_few_axes_is_taken_back():
@@ -85,16 +132,12 @@ def test_bias_of_few_axes_is_taken_back():
 def test_plane_is_the_gamma_interval_of_a_narrow_sample():
     """z₁ = −1/(2σ²), and n s²/σ² of n nearly parallel axes in the plane is χ² with n − 1 degrees."""
     x = Bingham([-1e6, 0.0], np.eye(2)).rvs(12, rng=3)
-    result = concentration_intervals(x)
     square = 12 * np.linalg.eigvalsh(x.T @ x / 12)[0]
-
-    def log_likelihood(z):
-        return 0.5 * 11 * np.log(-z) + z * square
-
-    best = log_likelihood(-11 / (2 * square))
-    assert result.estimate[0] == pytest.approx(-11 / (2 * square), rel=1e-4)
-    for end in (result.low[0], result.high[0]):
-        assert 2 * (best - log_likelihood(end)) == pytest.approx(chi2.ppf(0.95, 1), rel=1e-3)
+    for level in (0.5, 0.95, 0.99):
+        result = concentration_intervals(x, level)
+        assert result.estimate[0] == pytest.approx(-11 / (2 * square), rel=1e-4)
+        ends = -chi2.ppf([0.5 + level / 2, 0.5 - level / 2], 11) / (2 * square)
+        np.testing.assert_allclose([result.low[0], result.high[0]], ends, rtol=0.015)
 
 
 def test_likelihood_region_crosses_its_directions_at_its_semi_axes():

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from typing import Any, Literal
 
 import numpy as np
@@ -10,28 +12,23 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.special import chdtri
 
 from bingham.distributions.bingham import Bingham
-from bingham.distributions.marginal import marginal_fit, marginal_maximum
+from bingham.distributions.marginal import marginal_fit
 from bingham.errors import InvalidArgumentError
+from bingham.inference.neighbours import gaps, limits, pivot
 from bingham.inference.result import axes_of, check_choice
 from bingham.notebook import Tabled
 from bingham.validation import as_generator, check_number, integer
 
-__all__ = ["ConcentrationIntervals", "concentration_intervals", "crowding", "profile_ratio"]
+__all__ = ["ConcentrationIntervals", "concentration_intervals"]
 
 FloatArray = NDArray[np.float64]
-
-# The profile's ratio is χ²₁ where concentrations are far apart. Close to others, in order, it is less: in the limit of
-# narrow distributions the 95 % point falls to 2.9 between two and to 2.4 for the middle one of three. The ratio is
-# raised by 1 + ONE (a + b) + BOTH a b, with a = 1/(1 + (g/GAP)⁴), g² = n (zⱼ − zₖ)(ωⱼ − ωₖ)/4 the gap to the neighbour
-# below, b the same above (not to the mode); least deviation from 95 % over 23 sets of gaps in that limit, 0.92 to 0.98.
-ONE, BOTH, GAP = 0.15, 0.6, 0.7
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ConcentrationIntervals(Tabled):
-    """Intervals low ≤ zᵢ ≤ high, each (..., d), ascending in i; the last concentration is 0 by convention.
+    """Intervals low ≤ zᵢ ≤ high, each (..., d), of the i-th smallest concentration; the last is 0 by convention.
 
-    ``estimate`` (..., d) are the concentrations they belong to.
+    ``estimate`` (..., d) are theirs, ascending. Where intervals overlap, ends need not ascend.
     """
 
     estimate: FloatArray
@@ -58,9 +55,9 @@ def concentration_intervals(
     level : float
         Probability of each interval, in (0, 1).
     method : {"profile", "bootstrap"}
-        "profile": all c with 2 f [max log L − max_{zᵢ = c} log L] ≤ χ²₁, L the likelihood of the concentrations alone
-        (`bingham.distributions.marginal`); its maximum is the bias-corrected estimate. f is 1 but near others, where it
-        grows up to 1.9, since the order of concentrations is known. "bootstrap": bias-corrected,
+        "profile": all c that the likelihood of the concentrations alone does not reject as zᵢ: the signed root of its
+        ratio, less its skewness, within limits that depend on the gaps between the sample's concentrations
+        (`bingham.inference.neighbours`). Its maximum is the bias-corrected estimate. "bootstrap": bias-corrected,
         accelerated intervals of `scipy.stats.bootstrap` about the same estimate, axes drawn with replacement; for one
         sample, and only for large ones: their coverage at small n was not simulated.
     resamples : int
@@ -68,12 +65,21 @@ def concentration_intervals(
     rng : None, int or numpy.random.Generator
         Passed to ``numpy.random.default_rng``.
 
+    Notes
+    -----
+    The i-th interval holds the i-th smallest of the true concentrations, counted with their multiplicity, with
+    probability `level`; each interval by itself, not all at once. Where concentrations are equal, several intervals are
+    for the same number. By simulation "profile" holds it in 0.93 to 0.965 of samples at level 0.95, for d = 3 and 4
+    and 10 axes or more, whether concentrations are equal, near or far apart; for d = 5 in 0.92 to 0.97; for uniform
+    axes in up to 0.985. At level 0.9 it is 0.89 to 0.94, at 0.99 it is 0.97 to 0.995. An interval that ends at 0 does
+    not exclude a girdle.
+
     Examples
     --------
     >>> x = Bingham([-20.0, -9.0, 0.0], np.eye(3)).rvs(30, rng=4)
     >>> result = concentration_intervals(x)
     >>> result.low.round(1), result.high.round(1)
-    (array([-36.1, -22.4,   0. ]), array([-11.6,  -7.7,   0. ]))
+    (array([-37. , -21.2,   0. ]), array([-11.7,  -7.1,   0. ]))
     """
     check_number(level, "level", "a probability between 0 and 1", above=0.0)
     if level >= 1.0:
@@ -93,65 +99,47 @@ def concentration_intervals(
     z, best = marginal_fit(w, n, np.array(fitted.z.reshape(-1, d)))
     best = np.atleast_1d(best)
     low, high = np.zeros_like(z), np.zeros_like(z)
-    factor = crowding(fitted.z.reshape(-1, d), w, n)
+    goal = float(np.sqrt(chdtri(1, 1.0 - level)))
+    near = gaps(fitted.z.reshape(-1, d), w, n)
     for k in range(d - 1):
-        goal = np.sqrt(chdtri(1, 1.0 - level) / factor[:, k])
-        low[:, k] = _end(k, -1.0, z, w, n, best, goal)
-        high[:, k] = _end(k, 1.0, z, w, n, best, goal)
+        at = partial(pivot, k, z=z, w=w, n=n, best=best, bounds=limits(k, near))
+        low[:, k] = _end(at, -1.0, z[:, k], goal)
+        high[:, k] = _end(at, 1.0, z[:, k], goal)
     return ConcentrationIntervals(
         z.reshape(*shape, d), low.reshape(*shape, d), high.reshape(*shape, d), level, "profile"
     )
 
 
-def crowding(z: FloatArray, w: FloatArray, n: int) -> FloatArray:
-    """Return the factors f (R, d − 1) of the profile's ratios for maximum-likelihood z and moments w (R, d)."""
-    square = 0.25 * n * np.diff(z[:, :-1], axis=-1) * np.diff(w[:, :-1], axis=-1)
-    near = 1.0 / (1.0 + (square / GAP**2) ** 4)
-    none = np.zeros((len(z), 1))
-    below, above = np.concatenate([none, near], axis=1), np.concatenate([near, none], axis=1)
-    return 1.0 + ONE * (below + above) + BOTH * below * above
+def _end(at: Callable[[FloatArray], FloatArray], side: float, z: FloatArray, goal: float) -> FloatArray:
+    """Return the c (R,) below z (side −1) or above it (R,) where the pivot `at` reaches `goal` (side −1) or −`goal`.
 
-
-def profile_ratio(k: int, c: FloatArray, z: FloatArray, w: FloatArray, n: int, best: FloatArray) -> FloatArray:
-    """Return 2 [max log L − max_{zₖ = c} log L] (R,) for c (R,), moments w (R, d); `best` (R,) is max log L, at z."""
-    low = np.full_like(z, -np.inf)
-    high = np.zeros_like(z)
-    high[:, :k] = c[:, None]
-    low[:, k:] = c[:, None]
-    high[:, k] = c
-    low[:, -1] = 0.0
-    return np.maximum(2.0 * (best - marginal_maximum(w, n, z, low, high)[1]), 0.0)
-
-
-def _end(k: int, side: float, z: FloatArray, w: FloatArray, n: int, best: FloatArray, goal: FloatArray) -> FloatArray:
-    """Return the c (R,) below (side −1) or above ẑₖ where the profile's root √(2 [max − profile]) reaches `goal` (R,).
-
-    The secant method on that root, nearly linear in log |c|, kept within the bracket found so far.
+    The secant method on the pivot, nearly linear in log |c|, kept within the bracket found so far.
     """
 
-    def root(c: FloatArray) -> FloatArray:
-        return np.sqrt(profile_ratio(k, c, z, w, n, best))
+    def beyond(c: FloatArray) -> FloatArray:
+        return -side * at(c) - goal
 
     # In t = log(c₀ − c) with c₀ a hair above 0, where every concentration may end.
     offset = 1e-3
-    inner = np.log(offset - z[:, k])
+    inner = np.log(offset - z)
+    at_inner = beyond(z)
     reached = np.zeros(len(z), dtype=bool)
     if side > 0.0:
         outer = np.full(len(z), np.log(offset))
-        reached = root(np.zeros(len(z))) <= goal
+        reached = beyond(np.zeros(len(z))) <= 0.0
     else:
-        outer = np.log(offset - z[:, k] + np.maximum(-z[:, k], 2.0))
+        outer = np.log(offset - z + np.maximum(-z, 2.0))
         for _ in range(60):
-            short = root(offset - np.exp(outer)) < goal
+            short = beyond(offset - np.exp(outer)) < 0.0
             if not short.any():
                 break
             outer = np.where(short, outer + 1.0, outer)
-    a, fa, b, fb = inner, -goal, outer, root(np.minimum(offset - np.exp(outer), 0.0)) - goal
+    a, fa, b, fb = inner, at_inner, outer, beyond(np.minimum(offset - np.exp(outer), 0.0))
     for step in range(60):
         # Every third step halves the bracket, lest one end never moves.
         t = 0.5 * (a + b) if step % 3 == 2 else a - fa * (b - a) / np.where(fb - fa == 0.0, 1.0, fb - fa)
         t: FloatArray = np.clip(t, np.minimum(a, b), np.maximum(a, b))
-        f = root(np.minimum(offset - np.exp(t), 0.0)) - goal
+        f = beyond(np.minimum(offset - np.exp(t), 0.0))
         inside = f < 0.0
         a, fa = np.where(inside, t, a), np.where(inside, f, fa)
         b, fb = np.where(inside, b, t), np.where(inside, fb, f)
