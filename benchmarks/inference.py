@@ -44,7 +44,7 @@ TIES = {
     "(−30; −30; −30; 0)": [-30.0, -30.0, -30.0, 0.0],
     "uniform in space": [0.0, 0.0, 0.0],
 }
-# Concentrations that played no part in any choice: equal, near, far apart, weak, narrow.
+# Concentrations that no limit was fitted to: equal, near, far apart, weak, narrow.
 OTHERS = [
     [-12.0, -12.0, 0.0], [-4.0, -4.0, 0.0], [-45.0, -20.0, 0.0], [-400.0, -250.0, 0.0], [-200.0, -20.0, 0.0],
     [-15.0, 0.0, 0.0], [-6.0, -2.0, 0.0], [-40.0, -40.0, -40.0, 0.0], [-50.0, -50.0, -15.0, 0.0],
