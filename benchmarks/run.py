@@ -15,7 +15,18 @@ for variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
 
 from timing import Row  # noqa: E402
 
-TOPICS = ["normalizer", "moments", "isotropic", "steps", "sampling", "mixtures", "imu", "learning", "imports"]
+TOPICS = [
+    "normalizer",
+    "moments",
+    "isotropic",
+    "steps",
+    "sampling",
+    "mixtures",
+    "imu",
+    "reading",
+    "learning",
+    "imports",
+]
 RESULTS = Path(__file__).parent / "RESULTS.md"
 HEADER = "| what | time | per | ratio | asked | note |\n|---|--:|---|--:|--:|---|\n"
 
