@@ -71,8 +71,8 @@ def concentration_intervals(
     probability `level`; each interval by itself, not all at once. Where concentrations are equal, several intervals are
     for the same number. By simulation "profile" holds it in 0.93 to 0.965 of samples at level 0.95, for d = 3 and 4
     and 10 axes or more, whether concentrations are equal, near or far apart; of 100 intervals for concentrations drawn
-    at random three are outside, the worst at 0.925. For d = 5 it is 0.92 to 0.97, for uniform axes up to 0.985. At level 0.9 it is 0.89 to 0.94, at 0.99 it is 0.97 to 0.995. An interval that ends at 0 does
-    not exclude a girdle.
+    at random three are outside, the worst at 0.925. For d = 5 it is 0.92 to 0.97, for uniform axes up to 0.985; at
+    level 0.9 it is 0.89 to 0.94, at 0.99 it is 0.97 to 0.995. An interval that ends at 0 does not exclude a girdle.
 
     Examples
     --------
