@@ -4,6 +4,7 @@ from scipy.stats import chi2
 
 from bingham import Bingham
 from bingham.baselines.gaussian import GaussianState
+from bingham.baselines.second_order_ekf import SpinningGaussian
 from bingham.distributions.relations import from_gaussian, to_gaussian
 from bingham.metrics import geodesic_error
 from bingham.rotations import compose, conjugate, from_rotation_vector, rotate
@@ -13,6 +14,7 @@ from bingham.studies.ball_bingham import mixture_evidence
 from bingham.studies.ball_bounce import bounce_chunk
 from bingham.studies.ball_filters import run_filters
 from bingham.studies.ball_flights import BOUNCE, SPIN_TYPES, VISIBLE, simulate_flight
+from bingham.studies.ball_joint import out_of_sight
 from bingham.studies.ball_noises import BACK, DARK, INFORMED, LOGO, PROCESS, SPIN_PRIOR
 from bingham.studies.ball_scores import HALF_TURN, Found, logo_errors, score
 from bingham.studies.execute import run_study
@@ -349,3 +351,38 @@ def test_the_table_states_coverage_after_each_frame(monkeypatch):
                 assert result.value(case, name, "spin_coverage_95") == expected
             expected = found["orientation_covered/bingham_second_order"][:, k].mean()
             assert result.value(case, "bingham_second_order", "coverage_95") == expected
+
+
+def test_out_of_sight_is_a_logo_below_the_horizon():
+    rng = np.random.default_rng(2)
+    root = 0.004 * rng.normal(size=(8, 8))
+    covariance = root @ root.T
+    # Logo on the horizon, well above it, well below it.
+    for tilt in (0.5 * np.pi, 0.5 * np.pi - 0.02, 0.5 * np.pi + 0.6):
+        x = compose(from_rotation_vector([tilt, 0.0, 0.0]), from_rotation_vector([0.0, 0.0, 1.0]))
+        mean = np.concatenate([x, from_rotation_vector([0.0, 0.8, 0.0])])
+        posterior, log_evidence = out_of_sight(SpinningGaussian(mean[None], covariance[None]))
+        samples = rng.multivariate_normal(mean, covariance, size=400_000)
+        height = rotate(samples[:, :4] / np.linalg.norm(samples[:, :4], axis=1, keepdims=True), [0.0, 0.0, 1.0])[:, 2]
+        below = samples[height < 0.0]
+        assert np.exp(log_evidence[0]) == pytest.approx(len(below) / len(samples), abs=0.01)
+        size = np.sqrt(np.diag(covariance))
+        centre = below.mean(axis=0).reshape(2, 4)
+        centre = (centre / np.linalg.norm(centre, axis=1, keepdims=True)).ravel()
+        assert np.abs((posterior.mean[0] - centre) / size).max() < 0.05
+        assert np.abs((posterior.covariance[0] - np.cov(below.T)) / np.outer(size, size)).max() < 0.05
+    # Where the logo is known to be far below, to be out of sight says nothing.
+    np.testing.assert_allclose(posterior.covariance[0], covariance, atol=1e-9)
+    np.testing.assert_allclose(log_evidence, 0.0, atol=1e-9)
+
+
+def test_the_joint_covariance_finds_the_spin_better_at_the_same_noises():
+    names = ["bingham_mixture_published", "ekf_mixture"]
+    error = {name: [] for name in names}
+    for kind in (1, 2, 5):
+        flight, _ = simulate_flight(kind, LOGO_NOISES[DEFAULT], generator(9, DEFAULT, kind))
+        found = run_filters(flight, kind, SPIN_TYPES, names)
+        for name in names:
+            error[name].append(found[f"spin_error/{name}"][29])
+        assert found["correct/ekf_mixture"][29] == 1.0
+    assert np.mean(error["ekf_mixture"]) < np.mean(error["bingham_mixture_published"])

@@ -49,6 +49,13 @@ def test_what_the_ball_page_says_is_so(results):
     assert value("bingham_second_order", "classification_rate") >= 0.98
     assert value("bingham_mixture", "classification_rate") >= 0.995
     assert value("bingham_mixture", "spin_error_rad") <= 0.10
+    # At the published noises: what the product of marginals and the girdle for a logo out of sight cost.
+    assert value("ekf_mixture", "spin_error_rad") <= 0.10 < 0.75 * value("bingham_mixture_published", "spin_error_rad")
+    assert value("ekf_mixture", "classification_rate") >= 0.995
+    assert value("bingham_oracle", "spin_error_rad") > 0.9 * value("bingham_mixture_published", "spin_error_rad")
+    assumed = "logo noise -40/-40/-10, frame 30"
+    joint, apart = (rows[assumed, name, "spin_error_rad"] for name in ("ekf_mixture", "bingham_mixture_published"))
+    assert joint["value"] < apart["value"] - 2.0 * joint["stderr"]
     difference = rows[case, "ekf_first_order", "spin_error_rad_above_second_order"]
     assert abs(difference["value"]) < 2.0 * difference["stderr"]
     ahead = rows[case, "bingham_first_order_fair", "spin_error_rad_above_second_order"]

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from bingham.studies.ball_adapted import PUBLISHED, Noises
 from bingham.studies.ball_bingham import around, first_order, mixture, second_order
 from bingham.studies.ball_gaussian import ekf_first_order, ekf_second_order
+from bingham.studies.ball_joint import ekf_mixture
 from bingham.studies.ball_noises import SPIN_PRIOR
 from bingham.studies.ball_scores import score
 from bingham.studies.study import Arrays
@@ -30,6 +31,7 @@ FILTERS = (
     "ekf_first_order_fair",
     "ekf_second_order",
     "ekf_second_order_fair",
+    "ekf_mixture",
 )
 
 
@@ -57,4 +59,5 @@ RUNNERS: dict[str, Any] = {
     "ekf_first_order_fair": lambda seen, kind, types: ekf_first_order(seen, types, True),
     "ekf_second_order": lambda seen, kind, types: ekf_second_order(seen, types, False),
     "ekf_second_order_fair": lambda seen, kind, types: ekf_second_order(seen, types, True),
+    "ekf_mixture": lambda seen, kind, types: ekf_mixture(seen, types),
 }

@@ -139,5 +139,5 @@ STUDY = Study(
     default_runs=292,
     chunks=_chunks,
     summarize=_summarize,
-    version=6,
+    version=7,
 )
