@@ -131,13 +131,14 @@ def describe(axes: Axes, distribution: Bingham) -> dict[str, Any]:
     Axes that the data leave open have infinite errors; JSON knows no such number, so they become None.
     """
     import numpy as np
-    from scipy.special import fdtri
+
+    from bingham.cli.fit_fabric import describe_fabric, opening
+    from bingham.inference import confidence_ellipse
 
     size, dim = axes.values.shape
     errors = distribution.standard_errors(size)
-    # Semi-axis of the 95 % ellipsoid in standard deviations, which come from the same sample (`confidence_ellipse`).
-    p = dim - 1
-    ellipse = np.sqrt(p * (size - 1) / (size - p) * fdtri(p, size - p, 0.95)) if size > dim else np.inf
+    # A semi-axis of 90° leaves the mode open that way, as a sample of no more axes than dimensions does all around.
+    region = confidence_ellipse(axes.values).semi_axes.tolist() if size > dim else [np.pi / 2] * (dim - 1)
     with np.errstate(over="ignore"):
         turns = np.degrees(errors.axes)
     angle = float(np.degrees(distribution.credible_angle(0.95)))
@@ -152,7 +153,7 @@ def describe(axes: Axes, distribution: Bingham) -> dict[str, Any]:
         "axis_errors_deg": [[x if np.isfinite(x) else None for x in line] for line in turns.tolist()],
         "moments": distribution.axis_moments.tolist(),
         "mode": printed(distribution.mode, axes.columns),
-        "mode_confidence_95_deg": [x if np.isfinite(x) else None for x in (ellipse * turns[:-1, -1]).tolist()],
+        "mode_confidence_95_deg": opening(region),
         "entropy": float(distribution.entropy()),
         "log_likelihood": float(np.sum(distribution.logpdf(axes.values))),
         "credible_angle_95_deg": angle,
@@ -165,8 +166,6 @@ def describe(axes: Axes, distribution: Bingham) -> dict[str, Any]:
         row["mode_trend_plunge_deg"] = trend_plunge(distribution.M[:, 2])
         row["plane_pole_trend_plunge_deg"] = trend_plunge(distribution.M[:, 0])
         if size > dim:
-            from bingham.cli.fit_fabric import describe_fabric
-
             row["fabric"] = describe_fabric(axes.values)
     return row
 

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["describe_fabric", "fabric_lines"]
+__all__ = ["describe_fabric", "fabric_lines", "opening"]
 
 
 def describe_fabric(x: NDArray[np.float64]) -> dict[str, Any]:
@@ -27,10 +27,10 @@ def describe_fabric(x: NDArray[np.float64]) -> dict[str, Any]:
         "vollmer_G": float(result.G),
         "vollmer_R": float(result.R),
         "mean_axis_trend_plunge_deg": [float(a) for a in result.mean_axis],
-        "mean_axis_semi_axes_95_deg": _opening(result.mean_ellipse.semi_axes),
+        "mean_axis_semi_axes_95_deg": opening(result.mean_ellipse.semi_axes),
         "best_plane_strike_dip_deg": [float(a) for a in result.best_plane],
         "fold_axis_trend_plunge_deg": [float(a) for a in result.fold_axis],
-        "fold_axis_semi_axes_95_deg": _opening(result.pole_ellipse.semi_axes),
+        "fold_axis_semi_axes_95_deg": opening(result.pole_ellipse.semi_axes),
         "tests": {
             "uniformity": {"statistic": float(uniformity.statistic), "pvalue": float(uniformity.pvalue)},
             "rotational_symmetry": {"statistic": float(symmetry.statistic), "pvalue": float(symmetry.pvalue)},
@@ -58,6 +58,6 @@ def fabric_lines(row: dict[str, Any]) -> Iterator[tuple[str, str]]:
         yield name, f"{test['statistic']:.3f}, p = {test['pvalue']:.3g}"
 
 
-def _opening(semi_axes: NDArray[np.float64]) -> list[float | None]:
+def opening(semi_axes: Iterable[float]) -> list[float | None]:
     """Return semi-axes in degrees, None where the region reaches all around."""
     return [None if angle >= 0.4999 * np.pi else float(np.degrees(angle)) for angle in semi_axes]
