@@ -15,7 +15,7 @@ import numpy as np
 
 from bingham.io.careful import numbered_rows
 from bingham.io.layout import Layout
-from bingham.io.text import TextFile
+from bingham.io.text import LONGEST_LINE, TextFile
 
 __all__ = ["StumbledError", "by_arrow", "by_numpy"]
 
@@ -56,12 +56,17 @@ def by_arrow(text: TextFile, layout: Layout, kinds: dict[int, str], *, threads: 
         check_utf8="word" in kinds.values(),
     )
 
-    def parsed(numbered: tuple[int, bytes]) -> dict[int, Any]:
-        number, block = numbered
+    def parsed(place: tuple[int, int]) -> dict[int, Any] | None:
+        begin, end = place
+        with text.path.open("rb") as file:
+            file.seek(begin)
+            block = file.read(end - begin)
+        if block.isspace():
+            return None
         reading = reader.ReadOptions(
             use_threads=False,
             block_size=len(block) + 1,
-            skip_rows=0 if number else layout.first - 1,
+            skip_rows=0 if begin else layout.first - 1,
             column_names=names,
         )
         try:
@@ -73,24 +78,24 @@ def by_arrow(text: TextFile, layout: Layout, kinds: dict[int, str], *, threads: 
             raise StumbledError
         return {k: v.to_pylist() if kinds[k] == "word" else _array(v) for k, v in columns.items()}
 
-    yield from _ahead(parsed, enumerate(_blocks(text)), threads)
-
-
-def _blocks(text: TextFile) -> Iterator[bytes]:
-    """Yield whole lines, about as many bytes as are parsed at once."""
-    rest = b""
     try:
-        with text.path.open("rb") as file:
-            while block := file.read(BLOCK):
-                end = block.rfind(b"\n") + 1 or block.rfind(b"\r") + 1
-                if not end:
-                    raise StumbledError
-                yield rest + block[:end]
-                rest = block[end:]
+        yield from filter(None, _ahead(parsed, _blocks(text), threads))
     except OSError:
         raise StumbledError from None
-    if rest.strip():
-        yield rest
+
+
+def _blocks(text: TextFile) -> Iterator[tuple[int, int]]:
+    """Yield where blocks of whole lines begin and end, each about as many bytes as are parsed at once."""
+    size = text.path.stat().st_size
+    begin = 0
+    with text.path.open("rb") as file:
+        while begin < size:
+            file.seek(begin + BLOCK)
+            if not file.readline(LONGEST_LINE).endswith(b"\n") and file.tell() < size:
+                raise StumbledError
+            end = min(file.tell(), size)
+            yield begin, end
+            begin = end
 
 
 def _ahead(function: Callable[[Any], Any], items: Iterable[Any], threads: int) -> Iterator[Any]:
