@@ -1,6 +1,9 @@
 """One loop for all filters: the same calls, the same words for a missing measurement, the same refusals."""
 
+import re
+import types
 import warnings
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -67,6 +70,16 @@ class OwnFilter(RecursiveFilter):
         return BinghamFilter(W[4], V[4]).update(state, z)
 
 
+def documented():
+    """The filter of CONTRIBUTING.md."""
+    text = (Path(__file__).resolve().parents[2] / "CONTRIBUTING.md").read_text(encoding="utf-8")
+    code = next(block for block in re.findall(r"```python\n(.*?)```", text, re.DOTALL) if "RecursiveFilter[" in block)
+    module = types.ModuleType("documented")
+    exec(code, vars(module))
+    return module
+
+
+DOCUMENTED = documented()
 W = {d: distribution(3000.0, d) for d in (2, 4)}
 V = {d: distribution(300.0, d) for d in (2, 4)}
 WIDE = {d: distribution(3.0, d) for d in (2, 4)}
@@ -107,6 +120,7 @@ FILTERS = {
     "wrapped_second": (WrappedNormalFilter(1e-3, 1e-2, per_second=True), DOUBLED, "turn"),
     "axial_second": (AxialKalmanFilter(SMALL, SENSED, per_second=True), GAUSS[4], "turn"),
     "own": (OwnFilter(), WIDE[4], "turn"),
+    "documented": (DOCUMENTED.FixedGainFilter(0.5), DOCUMENTED.Orientation(np.eye(4)[0]), "turn"),
 }
 
 

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import ClassVar, NamedTuple, Protocol
+from typing import Any, ClassVar, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -17,7 +17,7 @@ from bingham.distributions.checks import check_distribution
 from bingham.errors import InvalidArgumentError
 from bingham.kernels.single import added_4, updated_2, updated_4
 from bingham.rotations import compose, conjugate, from_rotation_vector, rotate
-from bingham.validation import as_numbers, check_number, unit_row, unit_rows
+from bingham.validation import UNIT_TOLERANCE, as_numbers, check_number, described, unit_row, unit_rows
 
 __all__ = [
     "Conditioned",
@@ -63,10 +63,11 @@ def condition(state: Bingham, sensor: Sensor, z: ArrayLike) -> Conditioned:
     if isinstance(sensor, OrientationSensor):
         return sensor.condition(state, z)
     likelihood = sensor.likelihood(z, state)
+    if type(sensor) not in (VectorSensor, HeadingSensor):
+        _check_likelihood(likelihood, type(sensor).__name__, state.dim)
     if likelihood.matrix.shape != (state.dim, state.dim) or state.shape:
-        raise InvalidArgumentError(
-            "state", f"a single distribution of dimension {likelihood.matrix.shape[-1]}", repr(state)
-        )
+        expected = f"a single distribution of dimension {likelihood.matrix.shape[-1]}"
+        raise InvalidArgumentError("state", expected, repr(state))
     if state.dim == 4:
         frame_z, frame, log_f, top = added_4(state.z, state.M, likelihood.matrix)
         distribution = Bingham.from_spectrum(frame_z, frame, log_f)
@@ -75,6 +76,26 @@ def condition(state: Bingham, sensor: Sensor, z: ArrayLike) -> Conditioned:
         top = float(values[-1])
         distribution = Bingham.from_spectrum(values - top, np.ascontiguousarray(frame))
     return Conditioned(distribution, top, likelihood.log_normalizer, likelihood.rank)
+
+
+def _check_likelihood(likelihood: Any, sensor: str, d: int) -> None:
+    """Reject what somebody's sensor returns if it is no likelihood of an orientation of dimension d."""
+    expected = f"a Likelihood from {sensor}, its matrix finite and symmetric ({d}, {d})"
+    if not isinstance(likelihood, Likelihood):
+        raise InvalidArgumentError("likelihood", expected, described(likelihood))
+    matrix = np.asarray(likelihood.matrix)
+    if matrix.shape != (d, d):
+        raise InvalidArgumentError("likelihood", expected, f"shape {matrix.shape}")
+    if not (np.isfinite(matrix).all() and np.isfinite(likelihood.log_normalizer)):
+        hint = "what measures nothing is NaN throughout in the measurement, not in its likelihood"
+        raise InvalidArgumentError("likelihood", expected, "NaN or infinity", hint)
+    scale = max(1.0, float(np.abs(matrix).max()))
+    if np.abs(matrix - matrix.T).max() > UNIT_TOLERANCE * scale:
+        raise InvalidArgumentError("likelihood", expected, "one that is not symmetric")
+    top = float(np.linalg.eigvalsh(matrix)[-1])
+    if abs(top) > UNIT_TOLERANCE * scale:
+        hint = "subtract it from the diagonal and from log_normalizer: the density stays the same"
+        raise InvalidArgumentError("likelihood", f"{expected}, 0 its largest eigenvalue", f"{top:.6g}", hint)
 
 
 @dataclass(frozen=True)
