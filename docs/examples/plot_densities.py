@@ -46,7 +46,7 @@ for z, colour in ((-2.0, "#009E73"), (-8.0, "#0072B2"), (-50.0, "#D55E00")):
     spread = np.degrees(np.sqrt(angular_variance(p)))
     panel.plot(np.degrees(angle), p.pdf(on_circle(angle)), color=colour, label=f"z₁ = {z:g}: {spread:.0f}°")
 panel.set(xlabel="angle, °", ylabel="density", xlim=(0, 360), ylim=(0, None), xticks=range(0, 361, 90))
-panel.legend(title="standard deviation", frameon=False, fontsize=8)
+legend = panel.legend(title="standard deviation", frameon=False, fontsize=8)
 
 # %%
 # On the sphere
@@ -92,7 +92,7 @@ for i, (frame, row) in enumerate(zip((np.eye(3), tilt), rows, strict=True)):
         if i:
             for j, (colour, name) in enumerate((("#E69F00", "v₁"), ("#56B4E9", "v₂"), ("#D55E00", "mode"))):
                 panel.plot(*np.outer(p.M[:, j], [1.0, 1.35]), color=colour, linewidth=2.5, label=name)
-figure.legend(*panel.get_legend_handles_labels(), loc="outside lower center", ncols=3, frameon=False)
+legend = figure.legend(*panel.get_legend_handles_labels(), loc="outside lower center", ncols=3, frameon=False)
 
 # %%
 # Beside Gaussians
