@@ -144,7 +144,9 @@ def compose_spectra(
         )
     single = _single_steps()
     if d == 2:
-        return single.composed_2(z, frame, noise.mode, noise.tangent[0, 0])
+        new_z, new_frame = np.empty(2), np.empty((2, 2))
+        log_f = single.composed_2(z, frame, noise.mode, noise.tangent[0, 0], new_z, new_frame)
+        return new_z, new_frame, log_f
     return single.composed_4(z, frame, noise.mode, noise.tangent, noise.weight, left)
 
 

@@ -166,7 +166,8 @@ class BinghamFilter(RecursiveFilter[Bingham, BinghamTrack]):
         check_distribution(state, "state")
         if self.in_list:
             return update_all(state, self.sensors, self.gate, z)
-        z = as_array(z)  # type: ignore[arg-type]
+        if not isinstance(z, np.ndarray):
+            z = as_array(z)  # type: ignore[arg-type]
         if is_missing(z):
             return state, MISSING
         posterior, top, log_noise, rank = condition(state, self.sensors[0], z)

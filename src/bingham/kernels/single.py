@@ -59,24 +59,25 @@ def added_4(z, m, matrix):
     return z, frame.T.copy(), moments_4(z, work[0], work[4]), top
 
 
-@compiled()
-def _distribution_2(z1, c, s):
-    z, m = np.empty(2), np.empty((2, 2))
-    z[0], z[1] = z1, 0.0
+@compiled(inner=True)
+def _write_2(new_z, new_m, z1, c, s):
     n = 1.0 / math.hypot(c, s)
-    m[0, 0], m[1, 0], m[0, 1], m[1, 1] = -s * n, c * n, c * n, s * n
-    return z, m
+    new_z[0], new_z[1] = z1, 0.0
+    new_m[0, 0], new_m[1, 0], new_m[0, 1], new_m[1, 1] = -s * n, c * n, c * n, s * n
 
 
 @compiled()
-def composed_2(z, m, mode, noise_w):
-    """Return (z', M', log F') of x ⊕ v, d = 2: angles add, noise_w is the small moment of v."""
+def composed_2(z, m, mode, noise_w, new_z, new_m):
+    """Write (z', M') of x ⊕ v, d = 2, and return log F': angles add, noise_w is the small moment of v.
+
+    Arrays that Python makes cost it half of what those cost that are handed out.
+    """
     terms = np.empty(32)
     _, w, _ = moments_2(z[0], terms)
     c, s = m[0, 1] * mode[0] - m[1, 1] * mode[1], m[1, 1] * mode[0] + m[0, 1] * mode[1]
     z1, log_f, _ = newton_2(w + noise_w - 2.0 * w * noise_w, terms)
-    z, m = _distribution_2(z1, c, s)
-    return z, m, log_f
+    _write_2(new_z, new_m, z1, c, s)
+    return log_f
 
 
 @compiled()
@@ -89,13 +90,13 @@ def diffused_2(z, uniform_weight):
 
 
 @compiled()
-def updated_2(z, m, y, sensor_z, sensor_mode):
-    """Return (z', M', log F', top) of `step.update_2` for the measured direction y and the noise (sensor_z, mode)."""
+def updated_2(z, m, y, sensor_z, sensor_mode, new_z, new_m):
+    """Write (z', M') of `step.update_2` for the direction y and the noise (sensor_z, mode); return log F', top."""
     a, b = y[0] * sensor_mode[0] + y[1] * sensor_mode[1], y[1] * sensor_mode[0] - y[0] * sensor_mode[1]
     z1, c, s, top = update_2(z[0], m[0, 1], m[1, 1], sensor_z[0], a, b)
     log_f, _, _ = moments_2(z1, np.empty(32))
-    z, m = _distribution_2(z1, c, s)
-    return z, m, log_f, top
+    _write_2(new_z, new_m, z1, c, s)
+    return log_f, top
 
 
 @compiled()

@@ -152,10 +152,11 @@ class OrientationSensor:
             raise InvalidArgumentError("state", f"a single distribution of dimension {d}", repr(state))
         y = unit_row(z, d, "z")
         if d == 4:
-            posterior = updated_4(state.z, state.M, y, noise.z, self.frame, bool(self.left))
+            new_z, frame, log_f, top = updated_4(state.z, state.M, y, noise.z, self.frame, bool(self.left))
         else:
-            posterior = updated_2(state.z, state.M, y, noise.z, self.mode)
-        return Conditioned(Bingham.from_spectrum(*posterior[:3]), posterior[3], noise.log_normalizer, d - 1)
+            new_z, frame = np.empty(2), np.empty((2, 2))
+            log_f, top = updated_2(state.z, state.M, y, noise.z, self.mode, new_z, frame)
+        return Conditioned(Bingham.from_spectrum(new_z, frame, log_f), top, noise.log_normalizer, d - 1)
 
 
 def davenport_matrix(r: ArrayLike, b: ArrayLike) -> FloatArray:
