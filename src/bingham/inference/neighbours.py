@@ -15,7 +15,7 @@ where the gap to a neighbour, in standard deviations of the difference of two ei
 is below 3. How far depends on the true gaps, which no sample tells. `LIMITS` hold R as functions of the sample's gaps,
 such that it stays within them with a probability near 0.95 whatever the true gaps are: least deviation, between 0.928
 and 0.968, over 72 sets of gaps of two and three concentrations in the limit of narrow distributions, for 10, 16, 40 and
-infinitely many axes.
+infinitely many axes (``benchmarks/neighbours.py`` checks them and finds such ones).
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from numpy.typing import NDArray
 from bingham.distributions.marginal import marginal_maximum
 from bingham.distributions.normalizer import log_normalizer_derivatives
 
-__all__ = ["KNOTS", "LIMITS", "NORMAL", "gaps", "limits", "pivot", "profile_root"]
+__all__ = ["KNOTS", "LIMITS", "NORMAL", "cells", "gaps", "limits", "pivot", "profile_root"]
 
 FloatArray = NDArray[np.float64]
 
@@ -115,14 +115,15 @@ def limits(k: int, g: FloatArray) -> FloatArray:
 
 def _between(table: FloatArray, a: FloatArray, b: FloatArray) -> FloatArray:
     """Return `table` (2, 5, 5) at gaps a, b (R,): linear in each between the knots, constant beyond."""
-    i, s = _cell(a)
-    j, t = _cell(b)
+    i, s = cells(a)
+    j, t = cells(b)
     lower = (1.0 - t) * table[:, i, j] + t * table[:, i, j + 1]
     upper = (1.0 - t) * table[:, i + 1, j] + t * table[:, i + 1, j + 1]
     return (1.0 - s) * lower + s * upper
 
 
-def _cell(gap: FloatArray) -> tuple[NDArray[np.intp], FloatArray]:
+def cells(gap: FloatArray) -> tuple[NDArray[np.intp], FloatArray]:
+    """Return the knots (R,) below gaps (R,) by their index, and how far on they are to the next, 0 to 1."""
     clipped = np.minimum(gap, KNOTS[-1])
     i = np.clip(np.searchsorted(KNOTS, clipped, side="right") - 1, 0, len(KNOTS) - 2)
     return i, (clipped - KNOTS[i]) / (KNOTS[i + 1] - KNOTS[i])
