@@ -57,7 +57,7 @@ def concentration_intervals(
     method : {"profile", "bootstrap"}
         "profile": all c that the likelihood of the concentrations alone does not reject as zᵢ: the signed root of its
         ratio, less its skewness, within limits that depend on the gaps between the sample's concentrations
-        (```bingham.inference.neighbours```). Its maximum is the bias-corrected estimate. "bootstrap": bias-corrected,
+        (``bingham.inference.neighbours``). Its maximum is the bias-corrected estimate. "bootstrap": bias-corrected,
         accelerated intervals of `scipy.stats.bootstrap` about the same estimate, axes drawn with replacement; for one
         sample, and only for large ones: their coverage at small n was not simulated.
     resamples : int
