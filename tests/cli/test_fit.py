@@ -205,7 +205,7 @@ def test_maps_of_orientations_are_read(bingham, tmp_path):
     ]
     np.testing.assert_allclose(np.abs(rows[0]["mode"]), np.abs(rows[1]["mode"]), atol=1e-4)
     said = bingham("fit", tmp_path / "a.ang").stderr
-    assert "the file states the symmetry 432" in said
+    assert "the file states the symmetry 432" in said and "neighbours share their errors" in said
     assert "--columns: expected a table" in bingham("fit", tmp_path / "a.ang", "--columns", "x,y").stderr
 
 

@@ -34,8 +34,13 @@ def is_map(path: Path) -> bool:
 def read_map(path: Path) -> tuple[Axes, str | None]:
     """Return the orientations of a map as quaternions, and the symmetry that it states if it has one phase."""
     from bingham.io import Axes, read_ebsd
+    from bingham.io.checks import note
 
     found = read_ebsd(path)
+    note(
+        f"{path}: every point of the map counts as a measurement of its own; neighbours share their errors, so that the mean "
+        "is less certain than told: mean_rotation(q, group=…, position=…) of a grain's points takes that into account"
+    )
     groups = {found.symmetry[k] for k in np.unique(found.phase).tolist() if k in found.symmetry}
     axes = Axes(found.name, ("qw", "qx", "qy", "qz"), found.quaternions)
     return axes, groups.pop() if len(groups) == 1 else None
