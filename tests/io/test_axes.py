@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
-from bingham.errors import InvalidArgumentError, RecordingError
+from bingham.errors import InvalidArgumentError, RecordingError, RepairWarning
 from bingham.io import RecordingWarning, read_axes
+from bingham.io.angles import from_angles
 
 
 @pytest.mark.parametrize(
@@ -89,3 +90,43 @@ def test_an_azimuth_beside_a_dip_is_not_taken_for_an_axis_in_the_plane(tmp_path)
     assert read_axes(path, angles="trend-plunge").values.shape == (3, 3)
     path.write_text("station,azimuth\n1,212\n2,205\n3,31\n")
     assert read_axes(path).values.shape == (3, 2)
+
+
+DIRECTIONS = [[358.7, 46.3], [354.3, 55.2], [11.7, 26.7], [9.4, 39.5]]
+
+
+@pytest.mark.parametrize("names", ["dir_dec\tdir_inc", "site_dec\tsite_inc", "Dec.\tInc."])
+def test_tables_of_paleomagnetism(tmp_path, names):
+    """Rows of a MagIC table without a direction hold an intensity."""
+    first, second = names.split("\t")
+    lines = [f"mc{k:02}\t{dec}\t{inc}\tA" for k, (dec, inc) in enumerate(DIRECTIONS)]
+    file = tmp_path / "sites.txt"
+    file.write_text("\n".join([f"site\t{first}\t{second}\tcomp", lines[0], "mc09\t\t\tB", *lines[1:]]) + "\n")
+    with pytest.warns(RepairWarning, match="1 of 5 rows hold no angles"):
+        axes = read_axes(file)
+    assert axes.angles == "declination-inclination"
+    np.testing.assert_allclose(axes.values, from_angles("declination-inclination", DIRECTIONS))
+    file.write_text(file.read_text().replace("\t26.7", "\t"))
+    with pytest.warns(RepairWarning), pytest.raises(RecordingError, match="line 5, columns"):
+        read_axes(file)
+
+
+def test_columns_without_names_by_their_numbers(tmp_path):
+    file = tmp_path / "di.dat"
+    file.write_text("".join(f"{dec} {inc} 105 22\n" for dec, inc in DIRECTIONS))
+    with pytest.raises(RecordingError, match="columns=1,2 angles=trend-plunge"):
+        read_axes(file)
+    with pytest.raises(RecordingError, match="4 columns, where declination-inclination has 2; choose"):
+        read_axes(file, angles="declination-inclination")
+    axes = read_axes(file, columns=["1", "2"], angles="declination-inclination")
+    np.testing.assert_allclose(axes.values, from_angles("declination-inclination", DIRECTIONS))
+    with pytest.raises(InvalidArgumentError, match="2 numbers, declination inclination"):
+        read_axes(file, columns=["1"], angles="declination-inclination")
+
+
+def test_names_of_a_field_book_in_a_comment(tmp_path):
+    rows = "045\t61S\t80E\n036\t59S\t80W\n189\t47W\t115\n"
+    file = tmp_path / "faults.txt"
+    file.write_text("# Crete\n#Strike\tDip\tRake\n" + rows)
+    axes = read_axes(file)
+    np.testing.assert_allclose(axes.values, from_angles("strike-dip", [[45, 61], [36, 59], [189, 47]]), atol=1e-12)

@@ -112,3 +112,112 @@ def test_errors_name_the_thing(tmp_path, text, problem):
         warnings.simplefilter("ignore", RecordingWarning)
         read_recording(file)
     assert problem in str(caught.value)
+
+
+QUATERNIONS = np.array([[np.cos(t), 0.0, np.sin(t), 0.0] for t in T])
+
+
+@pytest.mark.parametrize("names", [("W", "X", "Y", "Z"), ("W Element", "X Element", "Y Element", "Z Element")])
+def test_w_x_y_z_are_a_quaternion_and_no_rates(tmp_path, names):
+    file = tmp_path / "quaternion.csv"
+    file.write_text(table(["Time (s)", *names], np.column_stack([T, QUATERNIONS])))
+    recording = read_recording(file)
+    np.testing.assert_allclose(recording.orientation, QUATERNIONS, atol=1e-12)
+
+
+def test_x_y_z_of_angles_are_no_rates(tmp_path):
+    file = tmp_path / "EulerAngles.csv"
+    file.write_text(table(["time", "x", "y", "z"], np.column_stack([T, 20 * GYR])))
+    with pytest.raises(RecordingError, match="no rates, by the name of the file"):
+        read_recording(file)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", RecordingWarning)
+        asked = read_recording(file, columns={"gx": "x", "gy": "y", "gz": "z"})
+        other = file.rename(tmp_path / "walk.csv")
+        np.testing.assert_array_equal(asked.gyroscope, read_recording(other).gyroscope)
+
+
+def test_a_preset_loses_no_sensor(tmp_path):
+    """Columns of one program's names that another's preset fits, but for its magnetometer."""
+    file = tmp_path / "walk.csv"
+    field = ACC[:, ::-1] * 4
+    names = [f"{kind} {x.upper()} ({unit})" for kind, unit in (("Gyroscope", "deg/s"), ("Accelerometer", "g"),
+             ("Magnetometer", "uT")) for x in XYZ]  # fmt: skip
+    file.write_text(table(["Time (s)", *names], np.column_stack([T, np.degrees(GYR), ACC / G, field])))
+    recording = read_recording(file)
+    np.testing.assert_allclose(recording.magnetometer, field)
+    np.testing.assert_allclose(recording.gyroscope, GYR)
+
+
+def test_units_spelled_out_in_names(tmp_path):
+    file = tmp_path / "walk.csv"
+    names = [f"{kind}{x.upper()}_{unit}" for kind, unit in (("Gyro", "deg_per_s"), ("Accel", "g"), ("Mag", "uT"))
+             for x in XYZ]  # fmt: skip
+    file.write_text(table(["Time", *names], np.column_stack([T, np.degrees(GYR), ACC / G, 4 * ACC])))
+    recording = read_recording(file)
+    np.testing.assert_allclose(recording.gyroscope, GYR)
+    np.testing.assert_allclose(recording.accelerometer, ACC)
+    np.testing.assert_allclose(recording.magnetometer, 4 * ACC)
+
+
+def test_the_unit_of_a_time_that_the_user_names(tmp_path):
+    file = tmp_path / "walk.csv"
+    file.write_text(table(["device_clock_ms", *NAMES[1:]], LATE))
+    recording = read_recording(file, columns={"t": "device_clock_ms"})
+    np.testing.assert_allclose(recording.time, LATE[:, 0] / 1e3)
+
+
+@pytest.mark.parametrize("acceleration", ["acc_x acc_y acc_z", "ax ay az"])
+def test_orientations_beside_an_accelerometer_when_asked_for(tmp_path, acceleration):
+    file = tmp_path / "walk.csv"
+    names = ["q_w", "q_x", "q_y", "q_z"]
+    columns = np.column_stack([T, ACC, QUATERNIONS])
+    file.write_text(table(["time", *acceleration.split(), *names], columns))
+    with pytest.raises(RecordingError, match=r"without gx gy gz.*to have these alone, by columns={'qw'"):
+        read_recording(file)
+    with pytest.warns(RecordingWarning, match="left out"):
+        recording = read_recording(file, columns=dict(zip(("qw", "qx", "qy", "qz"), names, strict=True)))
+    np.testing.assert_allclose(recording.orientation, QUATERNIONS, atol=1e-12)
+
+
+def test_degrees_per_second_are_asked_about_beside_g(tmp_path):
+    file = tmp_path / "walk.csv"
+    file.write_text(table(NAMES, np.column_stack([T, GYR, ACC / G])))
+    with pytest.warns(RecordingWarning, match="gyroscope: unit untold"):
+        read_recording(file, units={"accelerometer": "g"})
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", RecordingWarning)
+        read_recording(file, units={"accelerometer": "g", "gyroscope": "rad_s"})
+
+
+def test_scales_are_asked_for_where_they_are_missing(tmp_path):
+    file = tmp_path / "walk.csv"
+    names = ["t", "gx (deg/s)", "gy (deg/s)", "gz (deg/s)", *NAMES[4:]]
+    file.write_text(table(names, np.column_stack([T, GYR, np.round(2048 / G * ACC)])))
+    with pytest.raises(RecordingError, match=r"units={'accelerometer': '1/4096g'}"):
+        read_recording(file)
+
+
+def test_json_in_one_line(tmp_path):
+    file = tmp_path / "walk.json"
+    file.write_text('{"emg": {"frequency": 200, "data": [[' + "-2, -6, 0, 1, " * 50 + "0]]}}\n")
+    with pytest.raises(RecordingError, match=r"JSON\?"):
+        read_recording(file)
+
+
+def test_total_acceleration_is_asked_for(tmp_path):
+    for name, v in (("Gyroscope", GYR), ("Accelerometer", 0.05 * GYR)):
+        text = table(["time", "seconds_elapsed", "z", "y", "x"], np.column_stack([1e9 * T, T, v[:, ::-1]]))
+        (tmp_path / f"{name}.csv").write_text(text)
+    with pytest.warns(RecordingWarning, match="gravity taken off: export the total acceleration"):
+        read_recording(tmp_path)
+
+
+def test_xsens_text_that_counts_samples_at_a_stated_rate(tmp_path):
+    file = tmp_path / "MT.txt"
+    names = ["Counter", *(f"{kind}_{x.upper()}" for kind in ("Acc", "Gyr") for x in XYZ)]
+    rows = table(names, np.column_stack([1000 + np.arange(N), ACC, GYR]), "\t")
+    file.write_text("// Start Time: 0\n// Sample rate: 50.0Hz\n// Firmware Version: 2.5.1\n" + rows)
+    recording = read_recording(file)
+    np.testing.assert_allclose(np.diff(recording.time), 0.02)
+    np.testing.assert_array_equal(recording.gyroscope, GYR)

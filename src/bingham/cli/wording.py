@@ -53,4 +53,5 @@ def _list(inside: str) -> str:
 def _pairs(option: str, inside: str) -> str:
     """Return what stands in a mapping as an option for each pair."""
     pairs = re.findall(r"'(\w+)': (?:'([^']*)'|\.\.\.)", inside)
-    return " ".join(f"{option} {name}={value or 'NAME'}" for name, value in pairs) or option
+    quoted = [(name, f'"{value}"' if re.search(r"[\s()]", value) else value or "NAME") for name, value in pairs]
+    return " ".join(f"{option} {name}={value}" for name, value in quoted) or option

@@ -175,6 +175,9 @@ ANGLES: dict[str, AngleKind] = {
             ("az", "inc"),
             ("decl", "incl"),
             ("d", "i"),
+            *(
+                (f"{of}_dec", f"{of}_inc") for of in ("dir", "site", "specimen", "sample", "measurement")
+            ),  # MagIC tables
         ),
         AngleKind(
             "azimuth",
@@ -341,4 +344,4 @@ def _plain(name: str) -> tuple[str, str]:
     text, unit = (found[1], found[2] or "") if found else (name, "")
     text = text.replace("φ", "phi").replace("Φ", "Phi")
     text = re.sub(r"(?<=[a-z])(?=[A-Z])", "_", text.lstrip("_"))
-    return re.sub(r"[\s._-]+", "_", text).lower(), unit.lower()
+    return re.sub(r"[\s._-]+", "_", text).strip("_").lower(), unit.lower()

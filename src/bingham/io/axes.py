@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from bingham.errors import InvalidArgumentError, RecordingError
 from bingham.io.angles import STEEP, AngleKind, angle_kind, recognised
 from bingham.io.careful import called
-from bingham.io.checks import normalised
+from bingham.io.checks import normalised, repaired
 from bingham.io.field_notes import read_field_notes
 from bingham.io.layout import Layout, find_layout
 from bingham.io.table import read_table
@@ -100,6 +100,13 @@ def read_axes(path: str | Path, *, columns: Sequence[str] | None = None, angles:
         return notes
     table = read_table(text, layout, at)
     rows = table.matrix(at, [1.0] * len(at))
+    empty = np.asarray(np.isnan(rows).all(axis=1))
+    if empty.any() and not empty.all():
+        repaired(
+            f"{path}: {np.count_nonzero(empty)} of {len(rows)} rows hold no {'angles' if kind else 'axis'}, left out"
+        )
+        table = table.without(empty)
+        rows = rows[~empty]
     finite = np.isfinite(rows).all(axis=1)
     if not finite.all():
         raise RecordingError(
@@ -112,6 +119,10 @@ def read_axes(path: str | Path, *, columns: Sequence[str] | None = None, angles:
         return table.place(at, index)
 
     names = tuple(called(layout, k) for k in at) if layout.names else tuple(f"x{k + 1}" for k in range(len(at)))
+    if not layout.names and len(at) != 2 and np.median(np.abs(rows).max(axis=1)) > LIKE_DEGREES:
+        problem = f"{len(at)} columns without names, too large for components of unit vectors"
+        hint = "choose columns by their numbers and say what they are: columns=1,2 angles=trend-plunge"
+        raise RecordingError(path, f"line {layout.first}", problem, hint)
     if not layout.names and len(at) == 2 and np.median(np.abs(rows).max(axis=1)) > LIKE_DEGREES:
         problem = "two columns without names that look like angles in degrees"
         raise RecordingError(path, f"line {layout.first}", problem, "say what they are by angles=, as trend-plunge")
@@ -136,14 +147,27 @@ def _notes(text: TextFile, columns: list[str] | None, kind: AngleKind | None, *,
 
 
 def _unnamed(path: Path, layout: Layout, columns: Sequence[str] | None, kind: AngleKind | None) -> list[int]:
+    if columns is not None and all(name.isdecimal() and 1 <= int(name) <= layout.width for name in columns):
+        if kind is not None and len(kind.columns) != len(columns):
+            raise InvalidArgumentError(
+                "columns", f"{len(kind.columns)} numbers, {' '.join(kind.columns)}", list(columns)
+            )
+        return [int(name) - 1 for name in columns]
     if columns is not None:
         got = f"numbers in line {layout.first}"
-        raise InvalidArgumentError("columns", "a file that names its columns", got, "leave it out")
+        raise InvalidArgumentError(
+            "columns", "a file that names its columns", got, "number them, from 1, or leave it out"
+        )
     if kind is None and layout.width < 2:
         raise RecordingError(path, f"line {layout.first}", "one column", "an axis has two components or more")
     if kind is not None and len(kind.columns) != layout.width:
         problem = f"{layout.width} columns, where {kind.name} has {len(kind.columns)}"
-        raise RecordingError(path, f"line {layout.first}", problem, f"expected {' '.join(kind.columns)}")
+        raise RecordingError(
+            path,
+            f"line {layout.first}",
+            problem,
+            f"choose {' '.join(kind.columns)} by their numbers: columns=['1', '2', ...]",
+        )
     return list(range(layout.width))
 
 

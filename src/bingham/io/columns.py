@@ -31,7 +31,17 @@ from bingham.io.checks import note
 from bingham.io.units import UNITS, bracketed, factor_of, spelled
 from bingham.io.words import TIME_WORDS, WORDS, joined, letter_of
 
-__all__ = ["COLUMNS", "QUANTITY", "Found", "add_parts", "checked_units", "group", "understand"]
+__all__ = [
+    "COLUMNS",
+    "QUANTITY",
+    "Found",
+    "add_parts",
+    "checked_units",
+    "group",
+    "lone_quaternion",
+    "sensor_columns",
+    "understand",
+]
 
 COLUMNS = {
     "time": ["t"],
@@ -66,7 +76,9 @@ PART = re.compile(
 )
 COMPONENT = {"s": "w", "i": "x", "j": "y", "k": "z"}
 # Four numbers that do not say where the scalar is.
-NUMBERED = re.compile(r"(?:q|quat|quaternion|orientation|rotation|attitude)_?(?P<number>[0-4])")
+NUMBERED = re.compile(r"(?:q|quat|quaternion|orientation|rotation|attitude|element)_?(?P<number>[0-4])")
+# Four columns of these names are a quaternion, three are of something else.
+LONE = re.compile(r"(?P<axis>[wxyz])(?:_element)?")
 # Columns of a written track that a recording has no use for.
 TRACK_COLUMN = re.compile(
     r"cov_[xyz]{2}|z\d+|log_evidence|accepted|reason|(?:bias|heading|inclination|roll|pitch|yaw).*"
@@ -142,6 +154,8 @@ def understand(
         column = list(own).index(theirs)
         quantity = QUANTITY[name]
         unit = bracketed(theirs)[1] or (below[column] if below else None)
+        if quantity == "time" and (ending := re.search(r"_(s|ms|us|ns)$", joined(theirs))):
+            unit = unit or ending[1]
         factor = asked.get(quantity)
         if factor is None and unit:
             factor = factor_of(unit, quantity)
@@ -230,11 +244,14 @@ def _meanings(own: list[tuple[int, str]], found: Found) -> list[tuple[int, str, 
     meanings: list[tuple[int, str, str | None]] = []
     synonyms: list[tuple[int, str, str | None]] = []
     times: list[tuple[int, str, str | None]] = []
+    lone = lone_quaternion([theirs for _, theirs in own])
     for k, theirs in own:
         if (meaning := _split(theirs)) is not None:
             meanings.append((k, *meaning))
         elif synonym := _synonym(theirs):
             synonyms.append((k, *synonym))
+        elif theirs in lone:
+            synonyms.append((k, lone[theirs], None))
         elif time := TIMES.fullmatch(joined(bracketed(theirs)[0])):
             times.append((k, "t", bracketed(theirs)[1] or time["unit"]))
     clocks = [k for k, name, _ in meanings if name == "t"]
@@ -245,11 +262,39 @@ def _meanings(own: list[tuple[int, str]], found: Found) -> list[tuple[int, str, 
     synonyms = [(k, name, unit) for k, name, unit in synonyms if QUANTITY[name] not in there]
     if "time" not in there:
         meanings += times[:1]
-    inertial = "gyroscope" in there
-    if not inertial and not there & {"orientation", "axis"}:
-        inertial = any(QUANTITY[name] in SENSORS for _, name, _ in synonyms)
-    # Quaternions by other names beside a gyroscope are what a device made of it, no reference.
-    return meanings + [s for s in synonyms if inertial != (QUANTITY[s[1]] == "orientation")]
+    if "gyroscope" not in there and there & {"orientation", "axis"}:
+        return meanings
+    if "gyroscope" in there or any(QUANTITY[name] == "gyroscope" for _, name, _ in synonyms):
+        # Quaternions by other names beside a gyroscope are what a device made of it, no reference.
+        return meanings + [s for s in synonyms if QUANTITY[s[1]] != "orientation"]
+    return meanings + synonyms
+
+
+def sensor_columns(names: Sequence[str], sensor: str) -> dict[str, tuple[int, str | None]]:
+    """Return the columns of a sensor by their usual names, with their units; empty if it is not complete.
+
+    Examples
+    --------
+    >>> sensor_columns(["Mag X (uT)", "Mag Y (uT)", "Mag Z (uT)"], "magnetometer")
+    {'mx': (0, 'uT'), 'my': (1, 'uT'), 'mz': (2, 'uT')}
+    """
+    found: dict[str, tuple[int, str | None]] = {}
+    for k, theirs in enumerate(names):
+        if (synonym := _synonym(theirs)) is not None and QUANTITY[synonym[0]] == sensor:
+            found.setdefault(synonym[0], (k, synonym[1]))
+    return found if sorted(found) == COLUMNS[sensor] else {}
+
+
+def lone_quaternion(names: Sequence[str]) -> dict[str, str]:
+    """Return the meaning of columns called w, x, y, z and nothing else, empty if not all four are there.
+
+    Examples
+    --------
+    >>> lone_quaternion(["Time (s)", "W", "X", "Y", "Z"])
+    {'W': 'qw', 'X': 'qx', 'Y': 'qy', 'Z': 'qz'}
+    """
+    found = {theirs: f"q{axis['axis']}" for theirs in names if (axis := LONE.fullmatch(joined(theirs)))}
+    return found if sorted(found.values()) == sorted(COLUMNS["orientation"]) else {}
 
 
 def _split(theirs: str) -> tuple[str, str | None] | None:
@@ -315,9 +360,18 @@ def group(path: Path, place: str, found: Mapping[str, int], own: Sequence[str]) 
 
 
 def check_complete(
-    path: Path, place: str, groups: Mapping[str, list[str]], own: Sequence[str], *, alone: bool = True
+    path: Path,
+    place: str,
+    groups: Mapping[str, list[str]],
+    own: Sequence[str],
+    *,
+    alone: bool = True,
+    instead: str = "",
 ) -> None:
-    """Raise an error if there is nothing to be filtered, or no time; any sensor will do if the file is not `alone`."""
+    """Raise an error if there is nothing to be filtered, or no time; any sensor will do if the file is not `alone`.
+
+    ``instead`` says how to have orientations that stand beside sensors without a gyroscope.
+    """
     has = f"the file has: {', '.join(own)}"
     if "time" not in groups:
         _reject_strange_unit(path, place, own, COLUMNS["time"])
@@ -326,8 +380,11 @@ def check_complete(
     if "gyroscope" in groups or (not alone and len(groups) > 1):
         return
     for sensor in ("accelerometer", "magnetometer"):
-        if sensor in groups:
-            hint = f"add the gyroscope or name its columns by columns={{'gx': ...}}; {has}"
+        if sensor in groups and (instead or groups.get("orientation") or "orientation" not in groups):
+            if groups.get("orientation") and not instead:
+                instead = "or those of its orientations, to have these alone, by columns={'qw': ...}"
+            way = f", {instead}" if instead else ""
+            hint = f"add the gyroscope or name its columns by columns={{'gx': ...}}{way}; {has}"
             raise RecordingError(path, place, f"{sensor} without gx gy gz", hint)
     if "orientation" not in groups:
         _reject_strange_unit(path, place, own, COLUMNS["gyroscope"])

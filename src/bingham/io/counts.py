@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -12,6 +13,7 @@ from bingham.errors import RecordingError
 from bingham.io.checks import note
 from bingham.io.columns import Found
 from bingham.io.layout import Layout
+from bingham.io.words import joined
 
 __all__ = ["reject_counts", "sensor_of_numbers"]
 
@@ -19,9 +21,13 @@ FloatArray = NDArray[np.float64]
 GRAVITY = (4.0, 30.0)  # m/s², what a bodily accelerometer usually measures lies between
 NEAR_GRAVITY, NEAR_ONE = (9.0, 10.8), (0.7, 1.4)
 MANY_RAD = 100.0  # integers beyond it are no rates in rad/s
+# Of a file's name: its columns x, y, z are of no sensor that is filtered.
+OTHER = re.compile(
+    r"(?:^|_)(?:euler\w*|quat\w*|orientation|attitude|gravity|linear\w*|heading|positions?|angles?)(?:_|$)"
+)
 DISTINCT = 10  # values that a converter's counts take on at least, noise and all
 SOME = 2000  # rows that are looked at first
-HINT = "give the scales of the data sheet: units={'accelerometer': '1/4096g', 'gyroscope': '1/16.4deg_s'}"
+SCALES = {"accelerometer": "1/4096g", "gyroscope": "1/16.4deg_s"}
 
 
 def reject_counts(path: Path, values: Mapping[str, FloatArray], found: Found) -> None:
@@ -33,12 +39,18 @@ def reject_counts(path: Path, values: Mapping[str, FloatArray], found: Found) ->
         if not GRAVITY[0] < usual < GRAVITY[1]:
             raw = usual / found.factor.get("ax", 1.0)
             problem = f"integers, usually {raw:.4g} where gravity alone is 9.81 m/s²: raw counts"
-            raise RecordingError(path, "accelerometer", problem, HINT)
+            raise RecordingError(path, "accelerometer", problem, _hint(found))
     if rate is not None and "gyroscope" not in found.told and _integers(rate, found.factor.get("gx", 1.0)):
         largest = float(np.nanmax(np.abs(rate)))
         if largest > MANY_RAD:
             problem = f"integers up to {largest:.4g}, which are no rad/s: raw counts"
-            raise RecordingError(path, "gyroscope", problem, HINT)
+            raise RecordingError(path, "gyroscope", problem, _hint(found))
+
+
+def _hint(found: Found) -> str:
+    """Return how to give the scales of those sensors whose units nobody told."""
+    of = ", ".join(f"'{sensor}': '{scale}'" for sensor, scale in SCALES.items() if sensor not in found.told)
+    return f"give the scales of the data sheet: units={{{of}}}"
 
 
 def sensor_of_numbers(path: Path, values: FloatArray, layout: Layout, columns: list[int]) -> str:
@@ -54,6 +66,10 @@ def sensor_of_numbers(path: Path, values: FloatArray, layout: Layout, columns: l
         hint = f"name them, as columns={{'gx': {x!r}, 'gy': {y!r}, 'gz': {z!r}}}"
         raise RecordingError(path, f"columns {x} {y} {z}", "of which sensor?", hint)
     kind = "accelerometer" if NEAR_GRAVITY[0] < usual < NEAR_GRAVITY[1] else "gyroscope"
+    stem = joined(path.stem)
+    if kind == "gyroscope" and OTHER.search(stem):
+        hint = f"of a gyroscope in spite of its name? columns={{'gx': {x!r}, 'gy': {y!r}, 'gz': {z!r}}}"
+        raise RecordingError(path, f"columns {x} {y} {z}", "no rates, by the name of the file", hint)
     unit, first = ("m/s²", "ax") if kind == "accelerometer" else ("rad/s", "gx")
     hint = f"name another by columns={{'{first}': {x!r}, ...}}"
     note(f"{path}: columns {x} {y} {z} of no named sensor taken for the {kind}'s, {unit}; {hint}")

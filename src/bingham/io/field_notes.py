@@ -68,6 +68,8 @@ def read_field_notes(
     names: list[str] = []
     if all(_cell(cell) is None for cell in table[0][1]):
         names, table = [cell.strip() for cell in table[0][1]], table[1:]
+    elif (above := _commented(text, table[0])) is not None:
+        names = above
     width = min(len(cells) for _, cells in table)
     cells = [[_cell(row[k]) for _, row in table] for k in range(width)]
     lines = [line for line, _ in table]
@@ -109,6 +111,18 @@ def _rows(text: TextFile) -> list[tuple[int, list[str]]]:
         return [(k, next(csv.reader([line], delimiter=mark))) for k, line in lines]
     except (csv.Error, StopIteration):
         return []
+
+
+def _commented(text: TextFile, first: tuple[int, list[str]]) -> list[str] | None:
+    """Return the names in a comment right above the first row, None if none stand there."""
+    line = next((line for k, line in reversed(text.head) if k < first[0]), "")
+    if not line.lstrip().startswith(COMMENTS):
+        return None
+    said = line.strip().lstrip("#%/ ")
+    names = next(
+        (cells for mark in ("\t", ";", ",", None) if len(cells := said.split(mark)) == len(first[1])), list[str]()
+    )
+    return [name.strip() for name in names] if recognised([_name(name) for name in names]) is not None else None
 
 
 def _name(name: str) -> str:

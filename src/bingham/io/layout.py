@@ -93,9 +93,10 @@ def find_layout(text: TextFile) -> Layout:
         found = [_table(lines, s, text.complete) for s in SEPARATORS]
         candidates = [table for table in found if table is not None]
         candidates = [table for table in candidates if table.width > 1] or candidates
-    if not candidates:
+    start = lines[0][1].lstrip()[:1]
+    document = start == "{" or lines[0][1].lstrip()[:2] in ("[[", "[{") or lines[0][1].strip() == "["
+    if not candidates or document:
         problem = "only comments in it" if all(_is_comment(line) for _, line in lines) else "no rows of numbers"
-        start = lines[0][1].lstrip()[:1]
         what = {"{": "JSON", "[": "JSON", "<": "markup"}.get(start)
         hint = f"{what}? A table" if what else "a table"
         raise RecordingError(text.path, "", problem, f"{hint} is expected, one sample a line")

@@ -9,7 +9,17 @@ from pathlib import Path
 from typing import NamedTuple
 
 from bingham.errors import InvalidArgumentError, RecordingError
-from bingham.io.columns import COLUMNS, QUANTITY, SENSORS, Found, add_parts, checked_units, understand
+from bingham.io.columns import (
+    COLUMNS,
+    QUANTITY,
+    SENSORS,
+    Found,
+    add_parts,
+    checked_units,
+    lone_quaternion,
+    sensor_columns,
+    understand,
+)
 from bingham.io.layout import Layout, without_copies
 from bingham.io.presets import Preset, find_preset
 from bingham.io.presets.preset import Told
@@ -136,6 +146,14 @@ def meaning_of(
                     problem = f"unknown unit of column {layout.names[column]!r}"
                     raise RecordingError(path, place, problem, f"known: {' '.join(UNITS[quantity])}")
             found.add(name, column, factor if factor is None else factor * preset.signs.get(quantity, 1.0))
+    # Columns by usual names that the preset does not know. Accelerometers by other names may have gravity taken off.
+    for sensor in ("gyroscope", "magnetometer"):
+        there = {QUANTITY[name] for name in found.column}
+        if sensor in there or bare or not there & set(SENSORS):
+            continue
+        for name, (column, unit) in sensor_columns(layout.names, sensor).items():
+            factor = asked.get(sensor)
+            found.add(name, column, factor_of(unit, sensor) if factor is None and unit else factor)
     add_parts(path, place, layout.names, found, asked, layout.units)
     counter = preset.find(layout.names, "counter")
     if counter and (told.rate or "time" not in {QUANTITY[n] for n in found.column}) and "t" not in columns:
@@ -180,6 +198,8 @@ def _sensor(path: Path, unit: str | None, told: Told) -> str | None:
 def _bare(names: Sequence[str]) -> list[int] | None:
     """Return the columns called x, y and z and nothing else, None if there are none."""
     plain = [joined(bracketed(name)[0]) for name in names]
+    if lone_quaternion(names):
+        return None
     found = [[k for k, name in enumerate(plain) if re.fullmatch(pattern, name)] for pattern in BARE.values()]
     return [k[0] for k in found] if all(len(k) == 1 for k in found) else None
 

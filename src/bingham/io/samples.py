@@ -20,6 +20,7 @@ from bingham.io.layout import Layout, find_layout, split_cells
 from bingham.io.meaning import Meaning, check_rate, meaning_of, named, sensor_of_name
 from bingham.io.table import Table, read_table
 from bingham.io.text import TextFile, opened_text
+from bingham.io.units import UNITS
 from bingham.io.written import Written, decoded, rotation_angles
 
 __all__ = ["Plan", "Samples", "like_spreadsheet", "plan_of", "present", "read_samples", "samples_of"]
@@ -132,6 +133,14 @@ def plan_of(
     written = None
     if not groups.keys() & {"gyroscope", "orientation"} and not meaning.bare:
         written = rotation_angles(layout.names, kind)
+    sensors = [name for name in SENSORS if name in groups]
+    if sensors and "gyroscope" not in groups and (written is not None or "orientation" in groups):
+        chosen = kind is not None or (isinstance(columns, Mapping) and "qw" in columns)
+        for left in sensors if alone and chosen else ["orientation"] * (not alone):
+            groups.pop(left, None)
+        if alone and chosen:
+            note(f"{text.path}: {place}: {' and '.join(sensors)} left out: without a gyroscope they cannot be filtered")
+        written = written if alone else None
     if kind is not None and written is None:
         problem = f"no columns of {' '.join(kind.columns)} in place of a gyroscope or quaternion"
         raise RecordingError(text.path, place, problem, f"the file has: {', '.join(layout.names)}")
@@ -139,7 +148,8 @@ def plan_of(
     known = groups | ({"time": ["t"]} if timed else {}) | ({"orientation": []} if written else {})
     if meaning.bare:
         known["gyroscope"] = []  # or another sensor
-    check_complete(text.path, place, known, layout.names, alone=alone)
+    orientation = f"or angles='{written.kind.name}', for its orientations alone" if written is not None else ""
+    check_complete(text.path, place, known, layout.names, alone=alone, instead=orientation)
     clock = meaning.found.column.get("t")
     counter = meaning.counter if rate is None or clock is None else clock
     dated = clock is not None and counter != clock and _is_dated(text, layout, clock)
@@ -164,6 +174,14 @@ def samples_of(plan: Plan) -> Samples:
             plan.groups[kind] = ["x", "y", "z"]
         meaning.found.column.update(zip(("x", "y", "z"), meaning.bare, strict=True))
     reject_counts(path, values, meaning.found)
+    told = meaning.found.told
+    if (
+        "gyroscope" in values
+        and "gyroscope" not in told
+        and meaning.found.factor.get("ax") == UNITS["accelerometer"]["g"]
+    ):
+        said = "unit untold, taken for rad/s; loggers that write g mostly write degrees/s"
+        note(f"{path}: gyroscope: {said}: units={{'gyroscope': 'deg_s'}}, or 'rad_s'")
     if plan.written is not None:
         values["orientation"] = decoded(table, plan.written)
     time = _times(plan, table, place, "gyroscope" in values)

@@ -40,6 +40,8 @@ class Table:
         Columns that lie side by side, (N, k).
     first : int
         Rows of the file before these.
+    kept : ndarray of int, optional
+        Which rows of the file these are, if some were left out.
     """
 
     text: TextFile
@@ -49,6 +51,7 @@ class Table:
         default_factory=dict[tuple[int, ...], NDArray[np.float64]]
     )
     first: int = 0
+    kept: NDArray[np.intp] | None = None
 
     def __len__(self) -> int:
         return len(next(iter(self.columns.values())))
@@ -57,8 +60,14 @@ class Table:
         """Name a row and columns the way a reader finds them in the file."""
         names = [called(self.layout, k) for k in columns]
         lines = (k for k, _ in numbered_rows(self.text, self.layout))
-        line = next(islice(lines, self.first + int(row), None), None)
+        at = self.first + int(row if self.kept is None else self.kept[row])
+        line = next(islice(lines, at, None), None)
         return f"line {line}, {'column' if len(names) == 1 else 'columns'} {' '.join(names)}"
+
+    def without(self, left_out: NDArray[np.bool_]) -> Table:
+        """Return the numbers of the other rows."""
+        columns = {k: values[~left_out] for k, values in self.columns.items()}
+        return Table(self.text, self.layout, columns, first=self.first, kept=np.flatnonzero(~left_out))
 
     def matrix(self, columns: Sequence[int], factors: Sequence[float]) -> NDArray[np.float64]:
         """Return columns times factors, shape (N, len(columns))."""

@@ -21,6 +21,7 @@ from bingham.recording import ImuRecording
 
 __all__ = ["is_split", "read_together", "together"]
 
+NEAR_ONE = (0.7, 1.4)  # m/s², what an accelerometer in g usually seems to measure
 WITHOUT_GRAVITY = 5.0  # m/s², an accelerometer that usually measures less has gravity taken off
 SAME_TIME = 1e-3  # s
 TEXT = (".csv", ".txt", ".tsv")
@@ -118,7 +119,12 @@ def _with_gravity(files: Sequence[Path], force: Stream, options: dict[str, Any])
     """Add gravity, if a file of it was written at the same times, to an accelerometer that has it taken off."""
     gravity = next((path for path in files if re.search("(^|_)gravity(_|$)", joined(path.stem))), None)
     usual = float(np.median(np.linalg.norm(force.values[np.isfinite(force.values[:, 0])], axis=1)))
-    if gravity is None or not usual < WITHOUT_GRAVITY:
+    if not usual < WITHOUT_GRAVITY:
+        return force
+    if gravity is None:
+        if not NEAR_ONE[0] < usual < NEAR_ONE[1]:  # else it is in g
+            said = f"accelerometer usually {usual:.2g} m/s², as with gravity taken off"
+            note(f"{files[0].parent}: {said}: export the total acceleration, or gravity too")
         return force
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", RecordingWarning)

@@ -63,6 +63,7 @@ SPELLINGS = {
     "mm_s-2": "mm_s2",
     "microtesla": "ut",
     "utesla": "ut",
+    "u_t": "ut",
     "nanotesla": "nt",
     "tesla": "t",
     "ga": "gauss",
@@ -89,7 +90,7 @@ def spelled(unit: str, quantity: str = "") -> str:
     text = unit.strip().lower()
     for sign, ascii_text in SIGNS.items():
         text = text.replace(sign, ascii_text)
-    text = re.sub(r"\s*/\s*|\s+", "_", text.strip())
+    text = re.sub(r"\s*/\s*|\s+|_per_", "_", re.sub(r"\s+per\s+", "/", text.strip()))
     text = SPELLINGS.get(text, text)
     return OF_MAGNETOMETER.get(text, text) if quantity == "magnetometer" else text
 

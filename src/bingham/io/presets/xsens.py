@@ -24,10 +24,10 @@ PRESETS = [
     Preset(
         "xsens-mt-manager",
         "Xsens MT Manager: exported text, separated by tabs",
-        needs=["PacketCounter", "(Gyr|Acc|Mag|Quat|Mat|Euler).*"],
+        needs=["(Packet)?Counter", "(Gyr|Acc|Mag|Quat|Mat|Euler).*"],
         mark=r"^//.*(start time|update rate|MT Manager|filter profile|firmware version)",
         columns={
-            "counter": ["PacketCounter"],
+            "counter": ["(?:Packet)?Counter"],
             "time": ["SampleTimeFine"],
             "gyroscope": ["Gyr_{}"],
             "accelerometer": ["Acc_{}"],
