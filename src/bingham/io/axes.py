@@ -63,7 +63,7 @@ def read_axes(path: str | Path, *, columns: Sequence[str] | None = None, angles:
         all columns are components, in the order of the file. Notations of field books (`bingham.io.field_notes`) are
         read too.
     columns : sequence of str, optional
-        Names of the columns in the file, in the order wanted.
+        Names of the columns in the file, in the order wanted; their numbers, from "1", where it names none.
     angles : str, optional
         What the columns are: a kind of `bingham.io.angles`, as "strike-dip"; recognised by their names without it.
 
@@ -76,6 +76,8 @@ def read_axes(path: str | Path, *, columns: Sequence[str] | None = None, angles:
     -----
     RecordingWarning
         If rounded rows were normalised (norm off by 1e-6 to 1e-3), naming the largest deviation.
+    RepairWarning
+        If rows that hold no axis were left out, with their number.
 
     Raises
     ------
