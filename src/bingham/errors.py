@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 __all__ = [
@@ -13,6 +15,7 @@ __all__ = [
     "RecordingError",
     "RecordingWarning",
     "RepairWarning",
+    "Setting",
 ]
 
 # Characters of a value in a message, of a text there (it may hold a path), of a part of a
@@ -24,8 +27,34 @@ class AccuracyWarning(UserWarning):
     """A result may be less accurate than the documentation promises elsewhere."""
 
 
+@dataclass(frozen=True)
+class Setting:
+    """An argument that a message names, and its value if not None: ``units={'time': 'ms'}``, or an option's."""
+
+    argument: str
+    value: Any = None
+
+    def __str__(self) -> str:
+        return f"{self.argument}={'' if self.value is None else repr(self.value)}"
+
+
+Words = str | Sequence[str | Setting]
+
+
+def words(said: Words, spelled: Callable[[Setting], str] = str) -> str:
+    """Return a text of its parts, each setting as `spelled`."""
+    return said if isinstance(said, str) else "".join(p if isinstance(p, str) else spelled(p) for p in said)
+
+
 class RecordingWarning(UserWarning):
-    """Something in a recording is doubtful, was put right or left out; the message says what and how much."""
+    """Something in a recording is doubtful, was put right or left out; the message says what and how much.
+
+    Its arguments are the message, or the recording's name and the parts of what is said of it, text and `Setting`.
+    """
+
+    def __str__(self) -> str:
+        name, *said = self.args or ("",)
+        return one_line(f"{name}: {words(said)}") if said else str(name)
 
 
 class RepairWarning(RecordingWarning):
@@ -35,26 +64,26 @@ class RepairWarning(RecordingWarning):
 class BinghamError(Exception):
     """Base class of every exception this package raises on purpose; it can be pickled, for worker processes.
 
-    What an error says is data; its text is made of it, in one place (`text`).
+    What an error says is data; its text is made of it, in one place.
 
     Attributes
     ----------
     argument : str
         Name of the offending argument, option or file; empty where there is none.
-    expected : str
+    expected : str, or sequence of str and Setting
         What the contract asks for, or what was to be done.
     got : object
         What came instead, as it came.
-    hint : str
-        How to fix the call or the file.
+    hint : str, or sequence of str and Setting
+        How to fix the call or the file; arguments that it names are `Setting`.
     place : str
         Line, column, field or row at fault; empty where the whole is.
     """
 
     argument: str = ""
-    expected: str = ""
+    expected: Words = ""
     got: Any = None
-    hint: str = ""
+    hint: Words = ""
     place: str = ""
 
     def __init__(self, message: str = "", **data: Any) -> None:
@@ -63,15 +92,10 @@ class BinghamError(Exception):
             setattr(self, name, value)
         super().__init__(message)
 
-    def text(self, **names: str) -> str:
-        """Return the message; ``names`` replaces what it is made of, such as ``argument="--columns"``."""
-        part = {name: names.get(name, getattr(self, name)) for name in ("argument", "place", "expected", "hint")}
-        where = ": ".join(str(part[name]) for name in ("argument", "place") if part[name])
-        what = self.message or f"expected {part['expected']}, got {_brief(self.got)}"
-        return (f"{where}: " if where else "") + what + (f"; {part['hint']}" if part["hint"] else "")
-
     def __str__(self) -> str:
-        return self.text()
+        what = self.message or f"expected {words(self.expected)}, got {_brief(self.got)}"
+        said = ": ".join(part for part in (self.argument, self.place, what) if part)
+        return f"{said}; {one_line(words(self.hint))}" if self.hint else said
 
     def __reduce__(self) -> tuple[Any, ...]:
         # Exception would hand its arguments to the constructors below, which want what the message is made of.
@@ -79,30 +103,16 @@ class BinghamError(Exception):
 
 
 class InvalidArgumentError(BinghamError, ValueError):
-    """An argument does not satisfy its contract.
+    """An argument does not satisfy its contract; the parameters are the attributes of `BinghamError`."""
 
-    Parameters
-    ----------
-    argument : str
-        Name of the offending argument.
-    expected : str
-        What the contract asks for.
-    got : object
-        What came instead; cut short in the message.
-    hint : str
-        How to fix the call.
-    place : str
-        Row or entry at fault.
-    """
-
-    def __init__(self, argument: str, expected: str, got: Any, hint: str = "", place: str = "") -> None:
+    def __init__(self, argument: str, expected: Words, got: Any, hint: Words = "", place: str = "") -> None:
         super().__init__(argument=argument, expected=expected, got=got, hint=hint, place=place)
 
 
 class ConvergenceError(BinghamError, ArithmeticError):
     """An iteration stopped before its tolerance; `reached` (also `got`) holds the best value so far."""
 
-    def __init__(self, what: str, reached: Any, hint: str = "") -> None:
+    def __init__(self, what: str, reached: Any, hint: Words = "") -> None:
         super().__init__(f"{what}; reached {_brief(reached)}", expected="convergence", got=reached, hint=hint)
         self.reached = reached
 
@@ -118,12 +128,12 @@ class RecordingError(BinghamError, ValueError):
         Line, column or field inside the file; empty when the file as a whole is at fault.
     problem : str
         What is wrong there; also in ``got``.
-    hint : str
+    hint : str, or sequence of str and Setting
         How to fix the file or the call.
     """
 
-    def __init__(self, path: Any, place: str, problem: str, hint: str = "") -> None:
-        place, problem, hint = map(one_line, (place, problem, hint))  # names from files may hold anything
+    def __init__(self, path: Any, place: str, problem: str, hint: Words = "") -> None:
+        place, problem = map(one_line, (place, problem))  # names from files may hold anything
         super().__init__(problem, argument=str(path), place=place, got=problem, hint=hint)
         self.path, self.problem = str(path), problem
 

@@ -56,10 +56,10 @@ SWAPPED = "Check the order: time, gyroscope, accelerometer, magnetometer"
 class RowError(InvalidArgumentError):
     """A row of a recording breaks the contract; a reader turns `index` into a place of its file."""
 
-    def __init__(self, argument: str, index: int, expected: str, got: str, hint: str = "") -> None:
-        self.index = index
-        self.problem = f"expected {expected}, got {got}"
-        self.hint = hint
+    def __init__(self, argument: str, index: int, expected: str, got: str, hint: str | Doubt = "") -> None:
+        self.index, self.problem = index, f"expected {expected}, got {got}"
+        self.doubt = hint if isinstance(hint, Doubt) else None
+        hint = f"{hint.question} {hint.hint}" if isinstance(hint, Doubt) else hint
         super().__init__(argument, expected, f"{got} at index {index}", hint)
 
 
@@ -91,20 +91,18 @@ def as_seconds(values: ArrayLike, name: str = "time", longest_step: float | None
     if not -NEVER_SECONDS < time.min() <= time.max() < NEVER_SECONDS:
         largest = int(np.argmax(np.where(np.isfinite(time), np.abs(time), 0.0)))
     if abs(time[largest]) >= NEVER_SECONDS and np.isfinite(time[largest]):
-        unit = next(
-            u for u, minimum in (("nano", 1e17), ("micro", 1e14), ("milli", 0.0)) if abs(time[largest]) >= minimum
-        )
-        factor = {"nano": "1e-9", "micro": "1e-6", "milli": "1e-3"}[unit]
-        raise RowError(
-            name, largest, "seconds", f"{time[largest]:.6g}", f"are these {unit}seconds? Multiply by {factor}"
-        )
+        units = {"ns": ("nano", "1e-9", 1e17), "us": ("micro", "1e-6", 1e14), "ms": ("milli", "1e-3", 0.0)}
+        unit, (prefix, factor, _) = next(item for item in units.items() if abs(time[largest]) >= item[1][2])
+        doubt = Doubt("time", f"are these {prefix}seconds?", (unit,), f"Multiply by {factor}")
+        raise RowError(name, largest, "seconds", f"{time[largest]:.6g}", doubt)
     step = float(np.median(_some(np.diff(time)))) if len(time) > 1 else 0.0
     if longest_step is not None and step >= longest_step:
-        hint = "are these nano- or microseconds? Multiply by 1e-9 or 1e-6"
-        raise RowError(name, 1, "seconds of a gyroscope", f"steps of {step:.6g}", hint)
+        doubt = Doubt("time", "are these nano- or microseconds?", ("ns", "us"), "Multiply by 1e-9 or 1e-6")
+        raise RowError(name, 1, "seconds of a gyroscope", f"steps of {step:.6g}", doubt)
     if raw.dtype.kind in "iu" and step >= LONG_STEP:
-        hint = "are these nanoseconds? Multiply by 1e-9; seconds so far apart are taken as floats"
-        raise RowError(name, 1, "seconds", f"integers in steps of {step:.6g}", hint)
+        hint = "Multiply by 1e-9; seconds so far apart are taken as floats"
+        doubt = Doubt("time", "are these nanoseconds?", ("ns",), hint)
+        raise RowError(name, 1, "seconds", f"integers in steps of {step:.6g}", doubt)
     return time
 
 
@@ -293,9 +291,8 @@ class ImuRecording:
         turn = step * float(np.median(np.linalg.norm(_some(self.gyroscope), axis=1)))
         if step >= SELDOM and turn > np.pi:
             got = f"steps of {step:.4g} s with {turn:.3g} rad in each"
-            raise RowError(
-                "time", 1, "less than half a rotation between samples", got, "milliseconds? Multiply by 1e-3"
-            )
+            doubt = Doubt("time", "milliseconds?", ("ms",), "Multiply by 1e-3")
+            raise RowError("time", 1, "less than half a rotation between samples", got, doubt)
         for doubt in doubts(self):
             message = f"{self.name}: {doubt.quantity}: {doubt.question} {doubt.hint}"
             warnings.warn(message, RecordingWarning, stacklevel=3)
@@ -381,11 +378,11 @@ def with_covariance(
 
 
 class Doubt(NamedTuple):
-    """A quantity whose numbers look as if they were in another unit, or another sensor's (`unit` is empty then)."""
+    """A quantity whose numbers look as if they were in another unit, or another sensor's (no `units` then)."""
 
     quantity: str
     question: str
-    unit: str
+    units: tuple[str, ...]
     hint: str
 
 
@@ -394,24 +391,24 @@ def doubts(recording: ImuRecording) -> list[Doubt]:
     found: list[Doubt] = []
     if (step := _usual_step(recording)) >= SELDOM:
         question = f"usually {step:.4g} s between samples of a gyroscope: is it in milliseconds?"
-        found.append(Doubt("time", question, "ms", "Multiply by 1e-3"))
+        found.append(Doubt("time", question, ("ms",), "Multiply by 1e-3"))
     force = _some(recording.accelerometer)
     if force is not None and (there := np.isfinite(force[:, 0])).any():
         usual = float(np.median(np.linalg.norm(force[there], axis=1)))
         if IN_G[0] < usual < IN_G[1]:
             question = f"usually {usual:.3g} m/s², where gravity alone is 9.81: is it in g?"
-            found.append(Doubt("accelerometer", question, "g", "Multiply by 9.80665"))
+            found.append(Doubt("accelerometer", question, ("g",), "Multiply by 9.80665"))
         elif not USUAL_FORCE[0] < usual < USUAL_FORCE[1]:
             question = f"usually {usual:.3g} m/s², where gravity alone is 9.81: another unit, or another sensor's?"
-            found.append(Doubt("accelerometer", question, "", SWAPPED))
+            found.append(Doubt("accelerometer", question, (), SWAPPED))
     rate = np.linalg.norm(_some(recording.gyroscope), axis=1)
     usual, fastest = float(np.median(rate)), float(np.quantile(rate, 0.99))
     if LIKE_GRAVITY[0] < usual < LIKE_GRAVITY[1]:
         question = f"usually {usual:.3g} rad/s, the number of gravity in m/s²: the accelerometer's?"
-        found.append(Doubt("gyroscope", question, "", SWAPPED))
+        found.append(Doubt("gyroscope", question, (), SWAPPED))
     if fastest > TOO_FAST:
         question = f"up to {fastest:.3g} rad/s, {fastest / 2 / np.pi:.0f} revolutions a second: degrees/s?"
-        found.append(Doubt("gyroscope", question, "deg_s", "Multiply by π/180"))
+        found.append(Doubt("gyroscope", question, ("deg_s",), "Multiply by π/180"))
     return found
 
 

@@ -66,7 +66,7 @@ def cluster(
     """  # fmt: skip
     from bingham.atomic import staged
     from bingham.cli.first_use import announce_compilation
-    from bingham.cli.wording import in_options, worded
+    from bingham.cli.wording import AXES, in_options, worded
     from bingham.distributions.mixture import BinghamMixture
     from bingham.io import read_axes
 
@@ -75,7 +75,7 @@ def cluster(
     if min_density is not None and (method != "sac" or not 0.0 < min_density < float("inf")):
         raise InvalidArgumentError("--min-density", "a density > 0, with --method sac", min_density)
     sizes = _sizes(components)
-    with in_options({"columns": "--columns", "angles": "--as"}):
+    with in_options(AXES):
         axes = read_axes(
             file, columns=None if columns is None else [name.strip() for name in columns.split(",")], angles=as_angles
         )
@@ -98,8 +98,7 @@ def cluster(
                                          max_concentration=max_concentration, min_points=min_points,
                                          min_density=min_density, rng=seed, progress=done)  # fmt: skip
         except (InvalidArgumentError, ConvergenceError) as error:
-            said = worded(str(error), {"min_points": "--min-points", "max_concentration": "--max-concentration"})
-            raise RecordingError(file, f"{len(axes.values)} rows", said) from None
+            raise RecordingError(file, f"{len(axes.values)} rows", str(worded(error, AXES))) from None
     label = mixture.predict(axes.values)
     row: dict[str, Any] = describe(axes, mixture, label) | {"method": method, "tried": tried, "signed": signed}
     if signed:

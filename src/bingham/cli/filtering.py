@@ -12,12 +12,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from bingham.errors import InvalidArgumentError, RecordingWarning
+from bingham.io.checks import note
 
 if TYPE_CHECKING:
     from bingham.distributions.bingham import Bingham
     from bingham.recording import ImuRecording, OrientationRecording
 
-__all__ = ["FilterOptions", "Filtering", "fitted", "note", "orientation_noise", "pieces_of", "renamed", "rows_of"]
+__all__ = ["FilterOptions", "Filtering", "fitted", "orientation_noise", "pieces_of", "renamed", "rows_of"]
 
 WARM_UP_SAMPLES = 3
 USUAL_NOISE = 0.04  # rad, the default of --measurement-noise: what a recording tells of itself takes its place
@@ -26,11 +27,6 @@ WIDEST_NOISE = 0.8  # rad, beyond which a covariance says nothing of an orientat
 # Samples that are filtered at once: what a filter says of them, some 400 bytes each, is better kept in memory that was
 # used before. Of a magnetometer the last few of a piece stay "waiting for the next update".
 PIECE = 50_000
-
-
-def note(message: str) -> None:
-    """Warn the user about a recording."""
-    warnings.warn(message, RecordingWarning, stacklevel=3)
 
 
 @dataclass(frozen=True)
@@ -130,7 +126,7 @@ class Filtering:
             warn_of_faults(name, self._faults)
         if self._waited is not None:
             left = f"{self._waited[0]} samples, {self._waited[1]:.3g} s, left out"
-            note(f"{name}: no orientation before the first {self._awaited}: {left}")
+            note(name, f"no orientation before the first {self._awaited}: {left}")
 
     def _started(self, piece: Any) -> Any:
         """Return a piece from the sample on that the filter can start with: the accelerometer's first."""
@@ -141,7 +137,7 @@ class Filtering:
                 raise InvalidArgumentError("--smooth", "the filter with bias", "--plain", "leave one of the two out")
             if isinstance(piece, ImuRecording) and piece.accelerometer is None:
                 what = "rotations are followed from a start that nothing shows; is it called by another name?"
-                note(f"{piece.name}: no accelerometer: {what}")
+                note(piece.name, f"no accelerometer: {what}")
             return piece
         force = piece.accelerometer
         if piece.orientations is not None and (force is None or not np.isfinite(force[:, 0]).any()):
@@ -251,7 +247,7 @@ def _own_distributions(recording: OrientationRecording, options: FilterOptions) 
     every = np.tile(usual**2 * np.eye(3), (len(c), 1, 1))
     every[known] = (axes * variances[:, None, :]) @ np.swapaxes(axes, 1, 2)
     missing = f"; of {np.count_nonzero(~known)} it is unknown, taken as usual" if not known.all() else ""
-    note(f"{recording.name}: measurement noise by each one's covariance, usually {usual:.3g} rad{missing}")
+    note(recording.name, f"measurement noise by each one's covariance, usually {usual:.3g} rad{missing}")
     return Bingham.from_covariance(recording.orientation, every, frame="world")
 
 
@@ -264,7 +260,7 @@ def _measured_noise(recording: OrientationRecording, options: FilterOptions) -> 
     deviation = float(np.sqrt(np.median(variances[np.isfinite(variances)])))
     if deviation > WIDEST_NOISE:
         return options.measurement_noise
-    note(f"{recording.name}: measurement noise {deviation:.3g} rad, the median of its covariances")
+    note(recording.name, f"measurement noise {deviation:.3g} rad, the median of its covariances")
     return deviation
 
 

@@ -62,7 +62,7 @@ def fit(
     from bingham.atomic import staged
     from bingham.cli.first_use import announce_compilation
     from bingham.cli.fit_crystal import fit_crystals, is_map, read_map, symmetry_hint
-    from bingham.cli.wording import in_options
+    from bingham.cli.wording import AXES, in_options
     from bingham.io import read_axes
 
     stated: str | None = None
@@ -72,7 +72,7 @@ def fit(
             raise InvalidArgumentError(option, "a table, not a map of orientations", str(file), "leave it out")
         axes, stated = read_map(file)
     else:
-        with in_options({"columns": "--columns", "angles": "--as"}):
+        with in_options(AXES):
             names = None if columns is None else [name.strip() for name in columns.split(",")]
             axes = read_axes(file, columns=names, angles=as_angles)
     announce_compilation()

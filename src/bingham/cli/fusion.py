@@ -136,7 +136,7 @@ def _doubt(recording: ImuRecording, found: OrientationAlignment) -> None:
     """Say so if camera and sensor, or their worlds, are plainly rotated against each other."""
     import numpy as np
 
-    from bingham.cli.filtering import note
+    from bingham.io.checks import note
     from bingham.rotations import to_rotation_vector
 
     for what, q, std, option in (
@@ -146,4 +146,4 @@ def _doubt(recording: ImuRecording, found: OrientationAlignment) -> None:
         angle = float(np.linalg.norm(to_rotation_vector(q)))
         if angle > max(NOTED, DEVIATIONS * std):
             degrees = f"{np.degrees(angle):.1f}°"
-            note(f"{recording.name}: {what} are rotated by {degrees} against each other: --align {option}?")
+            note(recording.name, f"{what} are rotated by {degrees} against each other: --align {option}?")

@@ -22,6 +22,7 @@ __all__ = ["OPTIONS", "gathered", "name_of", "options", "read", "read_pieces", "
 TOPICS = ("imu", "gyroscope", "accelerometer", "magnetometer", "pose")
 # Argument of a reader → option of the command line that sets it.
 OPTIONS = {
+    "format": "--format",
     "columns": "--column",
     "units": "--unit",
     **{f"{kind}_topic": f"--topic {kind}=TOPIC" for kind in TOPICS},
@@ -184,13 +185,11 @@ def _worded() -> Generator[None]:
     """Let errors and warnings of the block speak of options."""
     from bingham.cli.wording import in_options, worded
 
-    with warnings.catch_warnings(record=True) as caught, in_options(OPTIONS | {"format": "--format"}):
+    with warnings.catch_warnings(record=True) as caught, in_options(OPTIONS):
         warnings.simplefilter("always")
         yield
     for warning in caught:
-        warnings.warn_explicit(
-            worded(str(warning.message), OPTIONS), warning.category, warning.filename, warning.lineno
-        )
+        warnings.warn_explicit(worded(warning.message, OPTIONS), warning.category, warning.filename, warning.lineno)
 
 
 def gathered(paths: Sequence[Path], given: dict[str, Any]) -> list[Path]:

@@ -9,11 +9,12 @@ from pathlib import Path
 from time import perf_counter
 from typing import Any
 
-from bingham.cli.filtering import Filtering, fitted, note, rows_of
+from bingham.cli.filtering import Filtering, fitted, rows_of
 from bingham.cli.settings import Settings
 from bingham.cli.source import Source, in_pieces, opened, opened_whole
 from bingham.cli.thinned import Peaks, Thinned, merged
 from bingham.errors import InvalidArgumentError, RecordingWarning
+from bingham.io.checks import note
 from bingham.io.running_clock import WholeNeededError
 
 __all__ = ["track_one"]
@@ -117,11 +118,11 @@ def _track(
             summary.add(part, track)
         filtering.finish(name)
         for finding in checked.findings():
-            note(f"{name}: {finding.name}: {finding.message}")
+            note(name, f"{finding.name}: {finding.message}")
         step("writing")
         files.close()
     if summary.doubt:
-        note(f"{name}: {summary.doubt}")
+        note(name, f"{summary.doubt}")
     row: dict[str, Any] = {"recording": name, "file": str(path), "filter": filtering.name, **summary.row()}
     if "orientations" in row:
         row["orientations"] |= source.said

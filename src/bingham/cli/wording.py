@@ -1,57 +1,50 @@
-"""Errors of the library in the words of the command line."""
+"""Errors and warnings of the library in the words of the command line."""
 
 from __future__ import annotations
 
-import re
+import shlex
 from collections.abc import Generator, Mapping
 from contextlib import contextmanager
+from typing import Any
 
-from bingham.errors import BinghamError
+from bingham.errors import BinghamError, Setting, words
 
-__all__ = ["in_options", "worded"]
+__all__ = ["AXES", "in_options", "worded"]
+
+# Arguments of reading axes and clustering them → options.
+MIXTURE = {"min_points": "--min-points", "max_concentration": "--max-concentration"}
+AXES = {"columns": "--columns", "angles": "--as", **MIXTURE}
 
 
 @contextmanager
-def in_options(names: Mapping[str, str]) -> Generator[None]:
-    """Let errors of the block speak of options, "--columns", where the library has arguments, "columns=".
-
-    Parameters
-    ----------
-    names : mapping of str to str
-        Argument → option, with what follows it.
-    """
+def in_options(options: Mapping[str, str]) -> Generator[None]:
+    """Let errors of the block speak of options, as "--unit time=ms"; `options` gives that of each argument."""
     try:
         yield
     except BinghamError as error:
-        said = worded(str(error), names)
-        if said == str(error):
-            raise
-        raise BinghamError(said) from None
+        raise worded(error, options) from None
 
 
-def worded(text: str, names: Mapping[str, str]) -> str:
-    """Return a message with options in the place of arguments; `names` as for `in_options`."""
-    for argument, option in names.items():
-        text = re.sub(rf"^{argument}: ", f"{option}: ", text)
-        text = re.sub(rf"\b{argument}={{'(\w+)': \.\.\.}}", rf"{option} \1=NAME", text)
-        text = re.sub(rf"\b{argument}={{'(\w+)': '(\w+)'}}", rf"{option} \1=\2", text)
-        text = re.sub(rf"\b{argument}=\[([^]]*)\]", lambda m, option=option: f"{option}s {_list(m[1])}", text)
-        text = re.sub(rf"\b{argument}=True", option, text)
-        text = re.sub(rf"\b{argument}={{([^}}]*)}}", lambda m, option=option: _pairs(option, m[1]), text)
-        text = re.sub(rf"\b{argument}=(?=[\w'])", f"{option} ", text)
-        text = re.sub(rf"\b{argument}=", option, text)
-        if "_" in argument:  # no word of a sentence
-            text = re.sub(rf"(?<![\w/.-]){argument}(?![\w/.-])", option, text)
-    return text
+def worded(said: Any, options: Mapping[str, str]) -> Any:
+    """Return an error or a warning with options in the place of arguments; `options` as for `in_options`."""
+
+    def spelled(setting: Setting) -> str:
+        return _option(options.get(setting.argument, setting.argument), setting.value)
+
+    if isinstance(said, BinghamError):
+        said.argument = options.get(said.argument, said.argument)
+        said.expected, said.hint = words(said.expected, spelled), words(said.hint, spelled)
+    else:
+        said.args = tuple(spelled(part) if isinstance(part, Setting) else part for part in said.args)
+    return said
 
 
-def _list(inside: str) -> str:
-    """Return what stands in a list as names between commas."""
-    return inside.replace(" ", "").replace("'", "")
-
-
-def _pairs(option: str, inside: str) -> str:
-    """Return what stands in a mapping as an option for each pair."""
-    pairs = re.findall(r"'(\w+)': (?:'([^']*)'|\.\.\.)", inside)
-    quoted = [(name, f'"{value}"' if re.search(r"[\s()]", value) else value or "NAME") for name, value in pairs]
-    return " ".join(f"{option} {name}={value}" for name, value in quoted) or option
+def _option(option: str, value: Any) -> str:
+    """Return a setting as a user writes it: an option for each pair of a mapping, its plural for a list."""
+    if isinstance(value, dict):
+        return " ".join(f"{option} {shlex.quote(f'{name}={of}')}" for name, of in value.items())
+    if isinstance(value, list):
+        return f"{option.removesuffix('s')}s {','.join(value)}"
+    if value is None or value is True:
+        return option
+    return (option.removesuffix("TOPIC") if option.endswith("TOPIC") else f"{option} ") + shlex.quote(str(value))

@@ -13,7 +13,7 @@ from bingham.distributions.em import EMResult, expectation_maximization
 from bingham.distributions.mixture_density import MixtureDensity
 from bingham.distributions.sample_consensus import sample_consensus
 from bingham.distributions.starts import seed_axes, start_from_axes
-from bingham.errors import AccuracyWarning, ConvergenceError, InvalidArgumentError
+from bingham.errors import AccuracyWarning, ConvergenceError, InvalidArgumentError, Setting
 from bingham.validation import as_generator, unit_rows
 
 if TYPE_CHECKING:
@@ -71,14 +71,13 @@ def fit_mixture(
                                  min_density=min_density, max_concentration=max_concentration,
                                  background=background)  # fmt: skip
         if found.size == 0:
-            raise ConvergenceError(
-                f"sample consensus: no component of {minimum} points found", found, "lower min_points"
-            )
+            hint = ("lower ", Setting("min_points", minimum))
+            raise ConvergenceError(f"sample consensus: no component of {minimum} points found", found, hint)
         return found
     if method != "em":
         raise InvalidArgumentError("method", "'em' or 'sac'", repr(method))
     if counts.sum() < minimum:
-        raise InvalidArgumentError("x", f"at least min_points = {minimum} samples", len(a))
+        raise InvalidArgumentError("x", ("at least ", Setting("min_points", minimum), " samples"), len(a))
     best: M | None = None
     best_bic = np.inf
     lost: ConvergenceError | None = None
@@ -165,5 +164,6 @@ def _best_of_restarts(
     kept = [run for run in finals if not run.starved]
     if not kept:
         lost = f"mixture: every start for {size} components lost one (fewer than {min_points:g} points)"
-        raise ConvergenceError(lost, runs[0].mixture, "ask for fewer components, or lower min_points")
+        hint = ("ask for fewer components, or lower ", Setting("min_points", min_points))
+        raise ConvergenceError(lost, runs[0].mixture, hint)
     return max(kept, key=lambda run: run.log_likelihood).mixture

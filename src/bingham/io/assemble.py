@@ -179,12 +179,12 @@ def zero_rows(*sensors: FloatArray | None) -> NDArray[np.bool_] | None:
 
 def say_zero_rows(path: Path, count: int, size: int) -> None:
     """Say how many rows are no samples of gyroscope and accelerometer."""
-    repaired(f"{path}: {count} of {size} rows are zero in gyroscope and accelerometer: no samples, left out")
+    repaired(path, f"{count} of {size} rows are zero in gyroscope and accelerometer: no samples, left out")
 
 
 def say_zero_samples(path: Path, name: str, count: int, size: int) -> None:
     """Say how many rows are no samples of a sensor beside the gyroscope."""
-    repaired(f"{path}: {name}: {count} of {size} rows are zero: no samples")
+    repaired(path, f"{name}: {count} of {size} rows are zero: no samples")
 
 
 def _without_zeros(path: Path, name: str, values: FloatArray) -> dict[str, Any]:
@@ -193,7 +193,7 @@ def _without_zeros(path: Path, name: str, values: FloatArray) -> dict[str, Any]:
     if empty is None:
         return {}
     if empty.all():
-        note(f"{path}: {name}: nothing but zeros; left out")
+        note(path, f"{name}: nothing but zeros; left out")
         return {name: None}
     say_zero_samples(path, name, int(np.count_nonzero(empty)), len(empty))
     return {name: np.where(empty[:, None], np.nan, values)}
@@ -218,7 +218,7 @@ def _beside(
         raise RecordingError(path, place(name, k), f"times of the {name} do not increase", "sort by time")
     rows, left = carried(time, rate, own.time, values)
     if left:
-        note(f"{path}: {left} of {len(values)} samples of the {name} left out: no gyroscope time of their own")
+        note(path, f"{left} of {len(values)} samples of the {name} left out: no gyroscope time of their own")
     if left == len(values):
         hint = "check that the times have the same zero and unit"
         raise RecordingError(path, "", f"no sample of the {name} is near one of the gyroscope", hint)

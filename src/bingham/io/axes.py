@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from bingham.errors import InvalidArgumentError, RecordingError
+from bingham.errors import InvalidArgumentError, RecordingError, Setting
 from bingham.io.angles import STEEP, AngleKind, angle_kind, recognised
 from bingham.io.careful import called
 from bingham.io.checks import normalised, repaired
@@ -28,7 +28,7 @@ KNOWN = (("qw", "qx", "qy", "qz"), ("n", "e", "d"), ("x", "y", "z"), ("x", "y"),
 # Components of unit vectors are not above 1.
 LIKE_DEGREES = 3.0
 
-OF_WHAT = "say it by angles=trend-plunge, plunge-trend, strike-dip or dip-direction, which names them in their order"
+OF_WHAT = ("say it by ", Setting("angles", "trend-plunge"), ", plunge-trend, strike-dip or dip-direction, in order")
 
 
 class Axes(NamedTuple):
@@ -105,7 +105,7 @@ def read_axes(path: str | Path, *, columns: Sequence[str] | None = None, angles:
     empty = np.asarray(np.isnan(rows).all(axis=1))
     if empty.any() and not empty.all():
         repaired(
-            f"{path}: {np.count_nonzero(empty)} of {len(rows)} rows hold no {'angles' if kind else 'axis'}, left out"
+            path, f"{np.count_nonzero(empty)} of {len(rows)} rows hold no {'angles' if kind else 'axis'}, left out"
         )
         table = table.without(empty)
         rows = rows[~empty]
@@ -123,11 +123,12 @@ def read_axes(path: str | Path, *, columns: Sequence[str] | None = None, angles:
     names = tuple(called(layout, k) for k in at) if layout.names else tuple(f"x{k + 1}" for k in range(len(at)))
     if not layout.names and len(at) != 2 and np.median(np.abs(rows).max(axis=1)) > LIKE_DEGREES:
         problem = f"{len(at)} columns without names, too large for components of unit vectors"
-        hint = "choose columns by their numbers and say what they are: columns=1,2 angles=trend-plunge"
+        way = (Setting("columns", ["1", "2"]), " ", Setting("angles", "trend-plunge"))
+        hint = ("choose columns by their numbers and say what they are: ", *way)
         raise RecordingError(path, f"line {layout.first}", problem, hint)
     if not layout.names and len(at) == 2 and np.median(np.abs(rows).max(axis=1)) > LIKE_DEGREES:
         problem = "two columns without names that look like angles in degrees"
-        raise RecordingError(path, f"line {layout.first}", problem, "say what they are by angles=, as trend-plunge")
+        raise RecordingError(path, f"line {layout.first}", problem, OF_WHAT)
     return Axes(path.stem, names, normalised(path, "axes", rows, place))
 
 
@@ -164,12 +165,9 @@ def _unnamed(path: Path, layout: Layout, columns: Sequence[str] | None, kind: An
         raise RecordingError(path, f"line {layout.first}", "one column", "an axis has two components or more")
     if kind is not None and len(kind.columns) != layout.width:
         problem = f"{layout.width} columns, where {kind.name} has {len(kind.columns)}"
-        raise RecordingError(
-            path,
-            f"line {layout.first}",
-            problem,
-            f"choose {' '.join(kind.columns)} by their numbers: columns=['1', '2', ...]",
-        )
+        numbers = Setting("columns", [str(k + 1) for k in range(len(kind.columns))])
+        hint = (f"choose {' '.join(kind.columns)} by their numbers: ", numbers)
+        raise RecordingError(path, f"line {layout.first}", problem, hint)
     return list(range(layout.width))
 
 
@@ -195,7 +193,7 @@ def _named(
         if found is not None and found[0].name == kind.name:
             return found[1], kind, found[2]
         if len(cells) != len(kind.columns):
-            hint = f"name its {len(kind.columns)} by columns=; {there}"
+            hint = (f"name its {len(kind.columns)} by ", Setting("columns"), f"; {there}")
             raise RecordingError(path, place, f"which columns are {' '.join(kind.columns)}?", hint)
         return list(range(len(cells))), kind, False
     lower = [cell.lower() for cell in cells]
@@ -208,5 +206,6 @@ def _named(
         if len(cells) == 2 and any(joined(cell) in STEEP for cell in cells):
             raise RecordingError(path, place, f"{' and '.join(cells)}: of lines or of planes?", OF_WHAT)
         problem = "names no known set of components" if not known else f"names {' and '.join(map(' '.join, known))}"
-        raise RecordingError(path, place, problem, f"choose by columns=, or name angles by angles=; {there}")
+        hint = ("choose by ", Setting("columns"), ", or name angles by ", Setting("angles"), f"; {there}")
+        raise RecordingError(path, place, problem, hint)
     return [lower.index(name) for name in known[0]], None, False

@@ -7,7 +7,7 @@ from contextlib import contextmanager
 from contextvars import ContextVar
 from pathlib import Path
 
-from bingham.errors import InvalidArgumentError, RecordingError
+from bingham.errors import InvalidArgumentError, RecordingError, Setting
 
 __all__ = ["allowed", "bounded", "check_size"]
 
@@ -39,7 +39,8 @@ def check_size(path: Path, place: str, size: float) -> None:
     """Raise an error if something in a file unfolds to more bytes than is allowed."""
     if not size <= (limit := allowed(path)):
         problem = f"{_readable(size)} of memory, which a file of {_readable(path.stat().st_size)} should not need"
-        hint = f"if it is right, allow it: max_size={1.01 * size:.2g}, above the limit of {_readable(limit)}"
+        enough = Setting("max_size", float(f"{1.1 * size:.2g}"))
+        hint = ("if it is right, allow it: ", enough, f", above the limit of {_readable(limit)}")
         raise RecordingError(path, place, problem, hint)
 
 

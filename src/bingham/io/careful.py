@@ -59,9 +59,9 @@ def numbered_rows(text: TextFile, layout: Layout) -> Iterator[tuple[int, str]]:
             yield number, line
     if words:
         first, said = words[0]
-        note(f"{text.path}: line {first} and those after it left out, which hold no numbers: {said[:40]!r}")
+        note(text.path, f"line {first} and those after it left out, which hold no numbers: {said[:40]!r}")
     if layout.header and repeated:
-        note(f"{text.path}: the names of the columns stand in it {repeated + 1} times; taken as one table")
+        note(text.path, f"the names of the columns stand in it {repeated + 1} times; taken as one table")
 
 
 def _is_words(line: str, layout: Layout) -> bool:
@@ -117,7 +117,7 @@ def _quoted(text: TextFile, separator: str, batch: list[tuple[int, str]]) -> lis
             cells = list(csv.reader([line], delimiter=separator, skipinitialspace=True, strict=True))
         except csv.Error as error:
             hint = "close the quotes, and keep each row on one line"
-            if "field larger" in str(error):
+            if len(line) > csv.field_size_limit():
                 hint = f"cells have at most {LONGEST_CELL} characters: leave the column out"
             raise RecordingError(text.path, f"line {number}", f"cannot be split into cells ({error})", hint) from None
         rows.append(cells[0])

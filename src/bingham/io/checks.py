@@ -17,11 +17,12 @@ from bingham.errors import (
     RecordingError,
     RecordingWarning,
     RepairWarning,
-    one_line,
+    Setting,
 )
 from bingham.recording import (
     LONG_GYROSCOPE_STEP,
     NEVER_SECONDS,
+    Doubt,
     ImuRecording,
     OrientationRecording,
     RowError,
@@ -48,8 +49,6 @@ Place = Callable[[str, int], str]
 
 R = TypeVar("R", ImuRecording, OrientationRecording)
 
-# What `as_seconds` suspects times to be → the unit to name.
-SUSPECTED = {"nano": "ns", "microseconds": "us", "milliseconds": "ms"}
 # Rows from which is told what is usual in a file: so that pieces of it and the whole are treated alike.
 HEAD = 100_000
 # Text files round quaternions to as few as four decimals; a wrong column order is much further off.
@@ -59,14 +58,14 @@ SINGLE_ROUNDING = 1e-6
 DOUBLE_ROUNDING = 1e-12
 
 
-def note(message: str) -> None:
+def note(of: str | Path, *said: str | Setting) -> None:
     """Warn the user about a recording."""
-    warnings.warn(one_line(message), RecordingWarning, stacklevel=3)
+    warnings.warn(RecordingWarning(str(of), *said), stacklevel=3)
 
 
-def repaired(message: str) -> None:
+def repaired(of: str | Path, *said: str | Setting) -> None:
     """Warn the user that something in a recording was put right; an error where the caller wants none of that."""
-    warnings.warn(one_line(message), RepairWarning, stacklevel=3)
+    warnings.warn(RepairWarning(str(of), *said), stacklevel=3)
 
 
 def existing(path: str | Path, *, folder: bool = False) -> Path:
@@ -111,14 +110,14 @@ def build_of_units(kind: type[R], path: Path, place: Place, fields: Mapping[str,
             warnings.simplefilter("ignore", RecordingWarning)  # said below, of the file
             recording = kind(**arguments)
     except RowError as error:
-        hint = _state("time", "ms") if units and error.hint.startswith("milliseconds?") else error.hint
+        hint = _state(error.doubt) if units and error.doubt else error.hint
         raise RecordingError(path, place(error.argument, error.index), error.problem, hint) from None
     except InvalidArgumentError as error:
         raise RecordingError(path, "", str(error), "check that the file is complete") from None
     if isinstance(recording, ImuRecording):
         for doubt in doubts(recording):
-            hint = _state(doubt.quantity, doubt.unit) if units and doubt.unit else doubt.hint
-            note(f"{path}: {doubt.quantity}: {doubt.question} {hint}")
+            said = _state(doubt) if units and doubt.units else [f"{doubt.question} {doubt.hint}"]
+            note(path, f"{doubt.quantity}: ", *said)
     return recording
 
 
@@ -127,16 +126,15 @@ def check_seconds(path: Path, place: Place, time: NDArray[np.float64], *, inerti
     try:
         as_seconds(time, longest_step=LONG_GYROSCOPE_STEP if inertial else None)
     except RowError as error:
-        question = error.hint.partition("?")[0]
-        unit = next((unit for word, unit in SUSPECTED.items() if word in question), "ns")
-        hint = f"{question}? State the unit: units={{'time': '{unit}'}}" + ", or 'us'" * ("nano- or" in question)
+        hint = _state(error.doubt) if error.doubt else error.hint
         refuted = np.abs(time) >= NEVER_SECONDS
         index = int(np.argmax(refuted)) if refuted.any() else error.index
         raise RecordingError(path, place("time", index), error.problem, hint) from None
 
 
-def _state(quantity: str, unit: str) -> str:
-    return f"State the unit: units={{'{quantity}': '{unit}'}}"
+def _state(doubt: Doubt) -> list[str | Setting]:
+    first, *others = (Setting("units", {doubt.quantity: unit}) for unit in doubt.units)
+    return [f"{doubt.question} State the unit: ", first, *(part for other in others for part in (", or ", other))]
 
 
 def damaged(path: Path, kind: str, error: Exception, hint: str = "copy or download it again") -> RecordingError:
@@ -176,7 +174,7 @@ def normalised(
         )
     if largest > rounding:
         where = place(name, worst)
-        note(f"{path}: rows normalised; largest deviation from unit norm {largest:.2g} at {where}")
+        note(path, f"rows normalised; largest deviation from unit norm {largest:.2g} at {where}")
     return rows / norm[:, None]
 
 

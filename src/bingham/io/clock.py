@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from bingham.errors import RecordingError
+from bingham.errors import RecordingError, Setting
 from bingham.io.checks import HEAD, Place, note, repaired
 
 __all__ = [
@@ -102,7 +102,7 @@ def _in_order(
     order = np.argsort(time, kind="stable")
     moved = np.abs(order - np.arange(len(time)))
     if moved.max() <= DISPLACED:
-        repaired(f"{path}: {np.count_nonzero(moved)} rows out of order{whose}, sorted by time")
+        repaired(path, f"{np.count_nonzero(moved)} rows out of order{whose}, sorted by time")
         return time[order], order
     if len(back) > max(FEW_STEPS, len(time) // STEPS_PER):
         return time, None
@@ -134,8 +134,9 @@ def _without_repeats(path: Path, time: FloatArray, whose: str) -> tuple[FloatArr
     each[-1] = min(usual, each[-2])
     within = np.arange(len(time)) - np.repeat(first, counts)
     repaired(
-        f"{path}: time stamps{whose} are rounded: usually {np.median(counts):.0f} rows share one, "
-        f"{np.median(pauses):.3g} s apart; spread evenly"
+        path,
+        f"time stamps{whose} are rounded: usually {np.median(counts):.0f} rows share one, "
+        f"{np.median(pauses):.3g} s apart; spread evenly",
     )
     return np.repeat(time[first], counts) + within * np.repeat(each, counts), None
 
@@ -150,12 +151,12 @@ def say_set_back(path: Path, where: str, whose: str, count: int, by: float, usua
     """Say that a clock was set back, and how it was bridged."""
     many = f" and {count - 1} times more" if count > 1 else ""
     bridged = f"bridged by the usual step of {usual:.6g} s"
-    repaired(f"{path}: {where}: the clock{whose} was set back by {by:.6g} s{many}; {bridged}")
+    repaired(path, f"{where}: the clock{whose} was set back by {by:.6g} s{many}; {bridged}")
 
 
 def say_repeated(path: Path, whose: str, count: int, size: int) -> None:
     """Say how many stamps repeat the one before."""
-    repaired(f"{path}: {count} of {size} time stamps{whose} repeat the one before; these rows left out")
+    repaired(path, f"{count} of {size} time stamps{whose} repeat the one before; these rows left out")
 
 
 def say_if_rounded(path: Path, time: FloatArray, whose: str) -> None:
@@ -170,10 +171,9 @@ def say_if_rounded(path: Path, time: FloatArray, whose: str) -> None:
     decimals = [r for r in (1.0, 0.1, 0.01, 1e-3, 1e-4) if r >= ROUNDED * usual]
     step = next((r for r in decimals if np.abs(sample / r - np.round(sample / r)).max() < 1e-3), 0.0)
     if single or step:
-        note(
-            f"{path}: time stamps{whose} are rounded to {spacing if single else step:.3g} s, "
-            f"where the usual step is {usual:.3g} s; regularise=True puts them on a straight line"
-        )
+        rounded = f"time stamps{whose} are rounded to {spacing if single else step:.3g} s"
+        usually = f"{rounded}, where the usual step is {usual:.3g} s; "
+        note(path, usually, Setting("regularise", True), " puts them on a straight line")
 
 
 def _regular(path: Path, time: FloatArray, steps: FloatArray, whose: str) -> FloatArray:
@@ -193,5 +193,5 @@ def _regular(path: Path, time: FloatArray, steps: FloatArray, whose: str) -> Flo
             regular[start:stop] = line
     if not (np.diff(regular) > 0).all():
         return time
-    repaired(f"{path}: time stamps{whose} put on a straight line, moved by up to {np.abs(regular - time).max():.3g} s")
+    repaired(path, f"time stamps{whose} put on a straight line, moved by up to {np.abs(regular - time).max():.3g} s")
     return regular

@@ -26,7 +26,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
-from bingham.errors import InvalidArgumentError, RecordingError
+from bingham.errors import InvalidArgumentError, RecordingError, Setting
 from bingham.io.checks import note
 from bingham.io.units import UNITS, bracketed, factor_of, spelled
 from bingham.io.words import TIME_WORDS, WORDS, joined, letter_of
@@ -58,6 +58,10 @@ COLUMNS = {
 QUANTITY = {column: quantity for quantity, columns in COLUMNS.items() for column in columns}
 SENSORS = ("gyroscope", "accelerometer", "magnetometer")
 ALIASES = {"time": "t", "timestamp": "t"}
+EVERY = (
+    "name every one in the order of the file, - for one to leave out: ",
+    Setting("columns", ["t", "ax", "-"]),
+)
 # Other names of a time, used where none of the above is there.
 TIMES = re.compile(
     r"(?:time_?stamp|date_?time|date|elapsed(?:_time)?|time_elapsed|seconds(?:_elapsed)?|secs|sec|sample_time(?:_fine)?|"
@@ -168,9 +172,7 @@ def understand(
             continue
         if name in found.column:
             first = own[found.column[name]]
-            hint = f"choose one by columns={{'{name}': ...}}"
-            if first == own[column]:
-                hint = "name every one in the order of the file, - for one to leave out: columns=['t', 'ax', ...]"
+            hint = EVERY if first == own[column] else ("choose one by ", Setting("columns", {name: "NAME"}))
             raise RecordingError(path, place, f"columns {first!r} and {own[column]!r} both mean {name}", hint)
         unit = unit or (below[column] if below else None)
         found.add(name, column, _factor(path, place, own[column], quantity, unit, asked))
@@ -183,7 +185,7 @@ def understand(
     ]
     if unknown:
         shown = ", ".join(unknown[:8]) + (f" and {len(unknown) - 8} more" if len(unknown) > 8 else "")
-        note(f"{path}: {place}: unknown columns left out: {shown}; known: {' '.join(QUANTITY)}")
+        note(path, f"{place}: unknown columns left out: {shown}; known: {' '.join(QUANTITY)}")
     return found
 
 
@@ -216,7 +218,7 @@ def add_parts(
         found.added[f"a{axis}"] = gravity, factor(gravity)
     flipped = ", with the sign of an accelerometer" if sign < 0 else ""
     x, g = own[found.column["ax"]], own[found.added["ax"][0]]
-    note(f"{path}: {place}: accelerometer: the sum of {x!r} and {g!r}, and so on, taken{flipped}")
+    note(path, f"{place}: accelerometer: the sum of {x!r} and {g!r}, and so on, taken{flipped}")
 
 
 def _factor(
@@ -228,7 +230,7 @@ def _factor(
     wanted = asked.get(quantity)
     if wanted is not None:
         if says is not None and abs(says - wanted) > 1e-9 * wanted:
-            note(f"{path}: {place}: column {theirs!r} says {unit}; taken as the option says")
+            note(path, f"{place}: column {theirs!r} says {unit}; taken as the option says")
         return wanted
     if unit and says is None and spelled(unit) not in ("no_units", "", "-", "1", "none", "unitless"):
         raise RecordingError(path, place, f"unknown unit of column {theirs!r}", f"known: {' '.join(known) or 'none'}")
@@ -337,10 +339,9 @@ def group(path: Path, place: str, found: Mapping[str, int], own: Sequence[str]) 
         present = [c for c in names if c in found]
         if present and present != names:
             _reject_strange_unit(path, place, own, [c for c in names if c not in found])
-            missing = " ".join(c for c in names if c not in found)
-            raise RecordingError(
-                path, place, f"no column {missing} for the {quantity}", "add it or name it in columns="
-            )
+            missing = [c for c in names if c not in found]
+            hint = ("add it or name it: ", Setting("columns", dict.fromkeys(missing, "NAME")))
+            raise RecordingError(path, place, f"no column {' '.join(missing)} for the {quantity}", hint)
         if present:
             groups[quantity] = names
     inertial = "gyroscope" in groups
@@ -354,7 +355,7 @@ def group(path: Path, place: str, found: Mapping[str, int], own: Sequence[str]) 
         if len(references) > 1:
             raise RecordingError(path, place, "both qw and ref_qw beside a gyroscope", "keep one as the reference")
         if groups.pop("position", None):
-            note(f"{path}: {place}: px py pz left out: a recording of an inertial sensor has no positions")
+            note(path, f"{place}: px py pz left out: a recording of an inertial sensor has no positions")
         groups |= {"reference": references[0]} if references else {}
     return groups
 
@@ -366,30 +367,31 @@ def check_complete(
     own: Sequence[str],
     *,
     alone: bool = True,
-    instead: str = "",
+    instead: Sequence[str | Setting] = (),
 ) -> None:
     """Raise an error if there is nothing to be filtered, or no time; any sensor will do if the file is not `alone`.
 
-    ``instead`` says how to have orientations that stand beside sensors without a gyroscope.
+    ``instead`` is how to have orientations that stand beside sensors without a gyroscope.
     """
+    gyroscope, quaternion = (Setting("columns", {name: "NAME"}) for name in ("gx", "qw"))
     has = f"the file has: {', '.join(own)}"
     if "time" not in groups:
         _reject_strange_unit(path, place, own, COLUMNS["time"])
-        hint = f"add the time in seconds, name it in columns={{'t': ...}} or give rate= in Hz; {has}"
+        time, rate = Setting("columns", {"t": "NAME"}), Setting("rate")
+        hint = ("add the time in seconds, name it in ", time, " or give ", rate, f" in Hz; {has}")
         raise RecordingError(path, place, "names no column t", hint)
     if "gyroscope" in groups or (not alone and len(groups) > 1):
         return
     for sensor in ("accelerometer", "magnetometer"):
         if sensor in groups and (instead or groups.get("orientation") or "orientation" not in groups):
-            if groups.get("orientation") and not instead:
-                instead = "or those of its orientations, to have these alone, by columns={'qw': ...}"
-            way = f", {instead}" if instead else ""
-            hint = f"add the gyroscope or name its columns by columns={{'gx': ...}}{way}; {has}"
+            orientations = (", or those of its orientations, to have these alone, by ", quaternion)
+            way = instead or (orientations if groups.get("orientation") else ())
+            hint = ("add the gyroscope or name its columns by ", gyroscope, *way, f"; {has}")
             raise RecordingError(path, place, f"{sensor} without gx gy gz", hint)
     if "orientation" not in groups:
         _reject_strange_unit(path, place, own, COLUMNS["gyroscope"])
         _reject_numbered(path, place, own)
-        hint = f"name the columns so, or each by columns={{'gx': ...}}; {has}"
+        hint = ("name the columns so, or each by ", gyroscope, f"; {has}")
         raise RecordingError(path, place, "neither gx gy gz nor qw qx qy qz", hint)
 
 
@@ -412,9 +414,7 @@ def _reject_numbered(path: Path, place: str, own: Sequence[str]) -> None:
     if len(names) != 4:
         return
 
-    def named(order: tuple[int, ...]) -> str:
-        pairs = [f"'{known}': {names[k]!r}" for known, k in zip(COLUMNS["orientation"], order, strict=True)]
-        return f"columns={{{', '.join(pairs)}}}"
-
-    hint = f"{named((0, 1, 2, 3))} if the scalar comes first, {named((3, 0, 1, 2))} if last"
+    keys = COLUMNS["orientation"]
+    first, last = (Setting("columns", dict(zip(keys, names[k:] + names[:k], strict=True))) for k in (0, 3))
+    hint = (first, " if the scalar comes first, ", last, " if last")
     raise RecordingError(path, place, f"{' '.join(names)} do not say which is the scalar", hint)

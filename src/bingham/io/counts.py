@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from bingham.errors import RecordingError
+from bingham.errors import RecordingError, Setting
 from bingham.io.checks import note
 from bingham.io.columns import Found
 from bingham.io.layout import Layout
@@ -47,10 +47,10 @@ def reject_counts(path: Path, values: Mapping[str, FloatArray], found: Found) ->
             raise RecordingError(path, "gyroscope", problem, _hint(found))
 
 
-def _hint(found: Found) -> str:
+def _hint(found: Found) -> tuple[str, Setting]:
     """Return how to give the scales of those sensors whose units nobody told."""
-    of = ", ".join(f"'{sensor}': '{scale}'" for sensor, scale in SCALES.items() if sensor not in found.told)
-    return f"give the scales of the data sheet: units={{{of}}}"
+    of = {sensor: scale for sensor, scale in SCALES.items() if sensor not in found.told}
+    return "give the scales of the data sheet: ", Setting("units", of)
 
 
 def sensor_of_numbers(path: Path, values: FloatArray, layout: Layout, columns: list[int]) -> str:
@@ -63,16 +63,16 @@ def sensor_of_numbers(path: Path, values: FloatArray, layout: Layout, columns: l
     usual, *steady = (float(np.quantile(norm, q)) for q in (0.5, 0.1, 0.9))
     x, y, z = (layout.names[k] for k in columns)
     if NEAR_ONE[0] < steady[0] <= steady[1] < NEAR_ONE[1]:
-        hint = f"name them, as columns={{'gx': {x!r}, 'gy': {y!r}, 'gz': {z!r}}}"
+        hint = ("name them, as ", Setting("columns", {"gx": x, "gy": y, "gz": z}))
         raise RecordingError(path, f"columns {x} {y} {z}", "of which sensor?", hint)
     kind = "accelerometer" if NEAR_GRAVITY[0] < usual < NEAR_GRAVITY[1] else "gyroscope"
     stem = joined(path.stem)
     if kind == "gyroscope" and OTHER.search(stem):
-        hint = f"of a gyroscope in spite of its name? columns={{'gx': {x!r}, 'gy': {y!r}, 'gz': {z!r}}}"
+        hint = ("of a gyroscope in spite of its name? ", Setting("columns", {"gx": x, "gy": y, "gz": z}))
         raise RecordingError(path, f"columns {x} {y} {z}", "no rates, by the name of the file", hint)
-    unit, first = ("m/s²", "ax") if kind == "accelerometer" else ("rad/s", "gx")
-    hint = f"name another by columns={{'{first}': {x!r}, ...}}"
-    note(f"{path}: columns {x} {y} {z} of no named sensor taken for the {kind}'s, {unit}; {hint}")
+    unit, names = ("m/s²", ("ax", "ay", "az")) if kind == "accelerometer" else ("rad/s", ("gx", "gy", "gz"))
+    another = Setting("columns", dict(zip(names, (x, y, z), strict=True)))
+    note(path, f"columns {x} {y} {z} of no named sensor taken for the {kind}'s, {unit}; name another by ", another)
     return kind
 
 

@@ -9,7 +9,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-from bingham.errors import BinghamError, InvalidArgumentError, RecordingError, RepairWarning
+from bingham.errors import BinghamError, InvalidArgumentError, RecordingError, RepairWarning, Setting, words
 from bingham.io.bounds import bounded
 from bingham.io.checks import existing
 from bingham.io.formats import FORMATS, supported
@@ -67,8 +67,9 @@ def read_recording(
                 return read_together([Path(p) for p in path] if several else [first], **options)
             return _reader(first, format, options)(first, **options)
         except RepairWarning as warning:
-            said = str(warning).removeprefix(f"{first}: ")
-            raise RecordingError(first, "", said, "leave strict=True out to have it put right") from None
+            name, *said = warning.args
+            hint = ("leave ", Setting("strict", True), " out to have it put right")
+            raise RecordingError(name, "", words(said), hint) from None
 
 
 @contextmanager
@@ -91,9 +92,8 @@ def _reader(path: Path, format: str | None, options: dict[str, Any]) -> Any:
     read = FORMATS[format].read
     known = [name for name in inspect.signature(read).parameters if name != "path"]
     if strange := next((name for name in options if name not in known), None):
-        raise InvalidArgumentError(
-            strange, f"a format that has such; {format} has {' '.join(known) or 'none'}", f"{path}"
-        )
+        those = [part for name in known for part in (" ", Setting(name))]
+        raise InvalidArgumentError(strange, (f"a format that has such; {format} has", *(those or [" none"])), f"{path}")
     return read
 
 

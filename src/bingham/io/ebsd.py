@@ -76,7 +76,7 @@ def read_ebsd(path: str | Path) -> EbsdMap:
     if not good.any():
         raise RecordingError(text.path, "", f"none of its {len(good)} points has an orientation", "index it first")
     if skipped:
-        note(f"{text.path}: {skipped} of {len(good)} points have no orientation and were left out")
+        note(text.path, f"{skipped} of {len(good)} points have no orientation and were left out")
     rotation = Rotation.from_euler("ZXZ", angles[good])
     quaternions = np.asarray(rotation.as_quat(scalar_first=True), dtype=np.float64)
     return EbsdMap(text.path.stem, quaternions, position[good], phase[good], symmetry, skipped)

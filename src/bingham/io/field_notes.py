@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from bingham.errors import RecordingError
+from bingham.errors import RecordingError, Setting
 from bingham.io.angles import ANGLES, AngleKind, recognised
 from bingham.io.text import TextFile
 
@@ -169,7 +169,7 @@ def _kind_of_pair(text: TextFile, name: str, pair: Cell, line: int) -> AngleKind
         text.path,
         f"line {line}",
         "a pair of angles without a name",
-        "say what it is by angles=, as trend-plunge, strike-dip or dip-direction",
+        ("say what it is by ", Setting("angles"), ", as trend-plunge, strike-dip or dip-direction"),
     )
 
 

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from bingham.errors import RecordingError
+from bingham.errors import RecordingError, Setting
 from bingham.io.assemble import Stream, inertial_recording, orientation_recording
 from bingham.io.checks import note
 from bingham.io.dates import seconds_of_dates
@@ -88,10 +88,10 @@ def _poses(path: Path, rate: float | None, regularise: bool) -> OrientationRecor
         time = read_table(clock, Layout(None, ".", ["time"], [], 0, clock.head[0][0], 1), [0]).columns[0]
         if len(time) != len(turns):
             problem = f"{len(time)} times for {len(turns)} poses"
-            raise RecordingError(beside, "", problem, "give rate= for poses of another file")
+            raise RecordingError(beside, "", problem, ("give ", Setting("rate"), " for poses of another file"))
     else:
         if rate is None:
-            note(f"{path}: poses without times: taken at KITTI's {RATE:g} Hz; another by rate=")
+            note(path, f"poses without times: taken at KITTI's {RATE:g} Hz; another by ", Setting("rate"))
         time = np.arange(len(turns)) / (rate or RATE)
     rows = {"time": time, "orientation": _wxyz("matrix", turns), "position": positions}
     return orientation_recording(path, place, rows, regularise=regularise)

@@ -11,6 +11,7 @@ from typing import NamedTuple
 from bingham.errors import InvalidArgumentError, RecordingError
 from bingham.io.columns import (
     COLUMNS,
+    EVERY,
     QUANTITY,
     SENSORS,
     Found,
@@ -70,13 +71,12 @@ def named(text: TextFile, layout: Layout, columns: Mapping[str, str] | Sequence[
         if len(names) != layout.width:
             place = f"line {layout.first}"
             problem = f"{layout.width} columns, and {len(names)} names for them"
-            raise RecordingError(path, place, problem, "name every column in columns=, - for one to leave out")
+            raise RecordingError(path, place, problem, EVERY)
         return replace(layout, names=["" if name in ("-", "_") else name for name in names])
     if layout.names:
         return without_copies(text, layout)
-    hint = "name every one in the order of the file, - for one to leave out: columns=['t', 'ax', ...]"
     problem = f"holds numbers and no names of its {layout.width} columns"
-    raise RecordingError(path, f"line {layout.first}", problem, hint)
+    raise RecordingError(path, f"line {layout.first}", problem, EVERY)
 
 
 def meaning_of(

@@ -73,7 +73,7 @@ def read_npz(path: str | Path) -> ImuRecording | OrientationRecording:
     known = ("format", "name", "earth_frame", "truth_name", *IMU_FIELDS, *(f"truth_{n}" for n in ORIENTATION_FIELDS))
     known += ("beside_name", *(f"beside_{n}" for n in BESIDE_FIELDS))
     if unknown := [name for name in content if name not in known]:
-        note(f"{path}: unknown fields left out: {', '.join(unknown)}; known: {' '.join(IMU_FIELDS)}")
+        note(path, f"unknown fields left out: {', '.join(unknown)}; known: {' '.join(IMU_FIELDS)}")
     values = {"gyroscope": fields.as_numbers("gyroscope")} | _present(fields, IMU_FIELDS)
     about = {"name": _text(path, content, "name"), "earth_frame": _text(path, content, "earth_frame"), "truth": truth}
     about["orientations"] = orientations

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-from bingham.errors import InvalidArgumentError, RecordingError
+from bingham.errors import InvalidArgumentError, RecordingError, Setting
 from bingham.io.assemble import orientation_recording
 from bingham.io.checks import normalised
 from bingham.io.layout import NUMBER, Layout
@@ -55,7 +55,7 @@ def read_opensim(
         got = chosen if not asked else next(iter(asked))
         raise InvalidArgumentError("columns", f"orientation, and one of {' '.join(sensors)}", got)
     if chosen is None and len(sensors) != 1:
-        hint = "choose one by columns={'orientation': ...}"
+        hint = ("choose one by ", Setting("columns", {"orientation": "NAME"}))
         raise RecordingError(text.path, f"line {number}", f"several sensors: {' '.join(sensors)}", hint)
     column = names.index(chosen or sensors[0])
     layout = Layout("\t", ".", names, [], number, text.head[end + 2][0], len(names))

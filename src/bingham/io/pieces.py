@@ -189,7 +189,7 @@ class _Mending:
         """Say what was put right, over all pieces."""
         for what, (count, size) in self._counts.items():
             if what == "empty" and count:
-                repaired(f"{self._path}: {count} of {size} rows hold no sample, left out")
+                repaired(self._path, f"{count} of {size} rows hold no sample, left out")
             elif what == "zero" and count:
                 say_zero_rows(self._path, count, size)
         self._clock.finish()

@@ -9,12 +9,12 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from bingham.errors import RecordingError
+from bingham.errors import RecordingError, Setting
 from bingham.io.assemble import Stream, inertial_recording
 from bingham.io.checks import existing, time_from_nanoseconds
 from bingham.io.registry import Format
 from bingham.io.rosbag_poses import pose_topics, read_poses
-from bingham.io.rosbag_topics import FIELD, IMU, Topic, collect, is_absent, opened, topic_named, xyz
+from bingham.io.rosbag_topics import FIELD, IMU, OTHER_TOPIC, Topic, collect, is_absent, opened, topic_named, xyz
 from bingham.recording import ImuRecording, OrientationRecording
 
 __all__ = ["read_rosbag"]
@@ -99,7 +99,7 @@ def _recording(
     times: dict[str, FloatArray] = {}
     for name, topic in topics.items():
         if not topic.stamps and name != field:
-            raise RecordingError(path, f"topic {name}", "has no messages", "name another topic by imu_topic=")
+            raise RecordingError(path, f"topic {name}", "has no messages", OTHER_TOPIC)
         samples[name] = np.array(topic.values, dtype=np.float64).reshape(len(topic.stamps), -1)
         times[name] = time_from_nanoseconds(np.array(topic.stamps, dtype=np.int64))
     gyroscope = samples[rate][:, :3]
@@ -137,9 +137,8 @@ def _imu_topics(
             accelerometer = accelerometer or forces[0]
     if gyroscope is None:
         problem = f"several topics of {IMU}: {' '.join(there)}"
-        raise RecordingError(
-            path, "", problem, "choose one by imu_topic=, or gyroscope_topic= and accelerometer_topic="
-        )
+        one, rate, force = (Setting(f"{kind}_topic") for kind in ("imu", "gyroscope", "accelerometer"))
+        raise RecordingError(path, "", problem, ("choose one by ", one, ", or ", rate, " and ", force))
     names = [topic_named(path, bag.connections, IMU, name) for name in (gyroscope, accelerometer or gyroscope)]
     return names[0], names[1]
 

@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from bingham.errors import RecordingError
+from bingham.errors import RecordingError, Setting
 from bingham.io.assemble import orientation_recording
 from bingham.io.checks import normalised, note, time_from_nanoseconds
 from bingham.io.rosbag_topics import collect, xyz
@@ -24,6 +24,8 @@ __all__ = ["POSES", "pose_topics", "read_poses"]
 
 TRANSFORMS = ("tf2_msgs/msg/TFMessage", "tf/msg/tfMessage")
 # What a topic of ground truth is called.
+TOPIC = Setting("pose_topic")
+OTHER = ("name another by ", TOPIC)
 TRUTH = re.compile(r"ground_?truth|truth|(?:^|[/_])gt(?:[/_]|$)|vicon|mocap|optitrack", re.IGNORECASE)
 POSES = (
     "geometry_msgs/msg/PoseWithCovarianceStamped",
@@ -55,7 +57,7 @@ def read_poses(
     taken = collect(path, bag, {topic: _taker(kind, frames)}, stamps)[topic]
     if not taken.stamps:
         problem = f"no transform {frames}" if frames else "has no messages"
-        raise RecordingError(path, f"topic {topic}", problem, "name another by pose_topic=")
+        raise RecordingError(path, f"topic {topic}", problem, OTHER)
 
     def place(_: str, index: int) -> str:
         return f"topic {topic}, message {index + 1}"
@@ -63,9 +65,9 @@ def read_poses(
     quaternions, positions, covariances = (np.array(part, dtype=np.float64) for part in zip(*taken.values, strict=True))
     empty = ~quaternions.any(axis=1)
     if empty.any():
-        note(f"{path}: topic {topic}: {np.count_nonzero(empty)} quaternions of zeros: no orientations, left out")
+        note(path, f"topic {topic}: {np.count_nonzero(empty)} quaternions of zeros: no orientations, left out")
     if empty.all():
-        raise RecordingError(path, f"topic {topic}", "holds no orientations, only zeros", "name another by pose_topic=")
+        raise RecordingError(path, f"topic {topic}", "holds no orientations, only zeros", OTHER)
     if (broken := ~np.isfinite(quaternions).all(axis=1)).any():
         raise RecordingError(path, place("", int(np.argmax(broken))), "orientation not finite", "remove the message")
     rows = {
@@ -85,10 +87,10 @@ def _plain(path: Path, bag: Any, there: list[str]) -> str:
     stamped = [topic for topic in there if topic not in frames] or there
     measured = [topic for topic in stamped if not TRUTH.search(topic)] or stamped
     if len(measured) > 1 and not _are_equal(bag, measured):
-        raise RecordingError(path, "", f"several topics of poses: {' '.join(there)}", "choose one by pose_topic=")
+        raise RecordingError(path, "", f"several topics of poses: {' '.join(there)}", ("choose one by ", TOPIC))
     if len(there) > 1:
         others = " ".join(topic for topic in there if topic != measured[0])
-        note(f"{path}: topic {measured[0]} taken for the poses; others by pose_topic=: {others}")
+        note(path, f"topic {measured[0]} taken for the poses; others by ", TOPIC, f": {others}")
     return measured[0]
 
 
@@ -136,6 +138,6 @@ def _only_pair(path: Path, bag: Any, topic: str) -> str:
     for connection, _, data in bag.messages(connections=chosen):
         pairs |= {_pair(t) for t in bag.deserialize(data, connection.msgtype).transforms}
     if len(pairs) != 1:
-        hint = f"choose one: pose_topic='{topic}:PARENT.CHILD'"
+        hint = ("choose one: ", Setting("pose_topic", f"{topic}:PARENT.CHILD"))
         raise RecordingError(path, f"topic {topic}", f"pairs of frames: {' '.join(sorted(pairs)[:20]) or 'none'}", hint)
     return pairs.pop()

@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from bingham.errors import InvalidArgumentError, RecordingError
+from bingham.errors import InvalidArgumentError, RecordingError, Setting
 from bingham.io.checks import damaged, note, optional_module
 from bingham.io.rosbag_check import check_bag
 
@@ -32,6 +32,7 @@ __all__ = [
 ]
 
 IMU, FIELD = "sensor_msgs/msg/Imu", "sensor_msgs/msg/MagneticField"
+OTHER_TOPIC = ("name another topic by ", Setting("imu_topic"))
 ABSENT = -1.0  # first entry of a covariance: the driver does not measure this quantity
 
 
@@ -65,7 +66,7 @@ def read_topics(
         there = collect(path, bag, takes, stamps)
     topics = {kind: there.get(name, Topic(name, [], [])) for kind, name in names.items()}
     if IMU in topics and not topics[IMU].stamps:
-        raise RecordingError(path, f"topic {names[IMU]}", "has no messages", "name another topic by imu_topic=")
+        raise RecordingError(path, f"topic {names[IMU]}", "has no messages", OTHER_TOPIC)
     return topics
 
 
@@ -101,7 +102,7 @@ def collect(path: Path, bag: Any, takes: Mapping[str, Callable[[Any], Any]], sta
     for name, both in times.items():
         which = 0 if stamps == "bag" else 1
         if which and len(both) > 1 and len({header for _, header in both}) == 1:
-            note(f"{path}: topic {name}: all stamps of its headers are equal; times of recording taken")
+            note(path, f"topic {name}: all stamps of its headers are equal; times of recording taken")
             which = 0
         topics[name] = Topic(name, [pair[which] for pair in both], values[name])
     return topics
@@ -136,14 +137,14 @@ def topic_named(path: Path, connections: list[Any], kind: str, asked: str | None
         If it is not there, there are several, or there is none of Imu.
     """
     there = sorted({c.topic for c in connections if c.msgtype == kind})
-    option = "imu_topic" if kind == IMU else "magnetometer_topic"
+    setting = Setting("imu_topic" if kind == IMU else "magnetometer_topic")
     if asked is not None:
         if asked not in there:
             known = f"topics of this type: {' '.join(there) or 'none'}"
             raise RecordingError(path, f"topic {asked}", f"no {kind} messages", known)
         return asked
     if len(there) > 1:
-        raise RecordingError(path, "", f"several topics of {kind}: {' '.join(there)}", f"choose one by {option}=")
+        raise RecordingError(path, "", f"several topics of {kind}: {' '.join(there)}", ("choose one by ", setting))
     if not there and kind == IMU:
         every = " ".join(sorted({f"{c.topic} ({c.msgtype})" for c in connections})) or "none"
         raise RecordingError(path, "", f"no topic of {IMU}", f"topics in the bag: {every}")

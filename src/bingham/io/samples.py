@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from bingham.errors import RecordingError
+from bingham.errors import RecordingError, Setting
 from bingham.io.angles import angle_kind
 from bingham.io.assemble import Stream
 from bingham.io.checks import HEAD, Place, check_seconds, normalised, note, repaired
@@ -139,7 +139,7 @@ def plan_of(
         for left in sensors if alone and chosen else ["orientation"] * (not alone):
             groups.pop(left, None)
         if alone and chosen:
-            note(f"{text.path}: {place}: {' and '.join(sensors)} left out: without a gyroscope they cannot be filtered")
+            note(text.path, f"{place}: {' and '.join(sensors)} left out: without a gyroscope they cannot be filtered")
         written = written if alone else None
     if kind is not None and written is None:
         problem = f"no columns of {' '.join(kind.columns)} in place of a gyroscope or quaternion"
@@ -148,7 +148,7 @@ def plan_of(
     known = groups | ({"time": ["t"]} if timed else {}) | ({"orientation": []} if written else {})
     if meaning.bare:
         known["gyroscope"] = []  # or another sensor
-    orientation = f"or angles='{written.kind.name}', for its orientations alone" if written is not None else ""
+    orientation = (", or ", Setting("angles", written.kind.name), ", for its orientations alone") if written else ()
     check_complete(text.path, place, known, layout.names, alone=alone, instead=orientation)
     clock = meaning.found.column.get("t")
     counter = meaning.counter if rate is None or clock is None else clock
@@ -180,8 +180,8 @@ def samples_of(plan: Plan) -> Samples:
         and "gyroscope" not in told
         and meaning.found.factor.get("ax") == UNITS["accelerometer"]["g"]
     ):
-        said = "unit untold, taken for rad/s; loggers that write g mostly write degrees/s"
-        note(f"{path}: gyroscope: {said}: units={{'gyroscope': 'deg_s'}}, or 'rad_s'")
+        said = "gyroscope: unit untold, taken for rad/s; loggers that write g mostly write degrees/s: "
+        note(path, said, Setting("units", {"gyroscope": "deg_s"}), ", or rad_s")
     if plan.written is not None:
         values["orientation"] = decoded(table, plan.written)
     time = _times(plan, table, place, "gyroscope" in values)
@@ -235,7 +235,7 @@ def _samples(path: Path, place: Place, time: FloatArray, values: dict[str, Float
     if base is not None and not base.all() and not interleaved and not base.any():
         raise RecordingError(path, place("gyroscope", 0), "no row holds the gyroscope", "name other columns")
     if base is not None and not base.all() and not interleaved:
-        repaired(f"{path}: {np.count_nonzero(~base)} of {len(base)} rows hold no sample, left out")
+        repaired(path, f"{np.count_nonzero(~base)} of {len(base)} rows hold no sample, left out")
     whole = base is None or bool(base.all())
     common = time if whole else time[base]
     for name, samples in sensors.items():
@@ -278,7 +278,8 @@ def _times(plan: Plan, table: Table, place: Place, inertial: bool) -> FloatArray
     rate = plan.rate or meaning.rate
     if counter is not None:
         if rate is None:
-            raise RecordingError(path, "", "counts samples and names no time", "give the sampling rate: rate=")
+            hint = ("give the sampling rate: ", Setting("rate"))
+            raise RecordingError(path, "", "counts samples and names no time", hint)
         return _of_counter(path, table.columns[counter], rate)
     if rate is not None and ("t" not in meaning.found.column or meaning.found.column["t"] not in table.columns):
         return np.arange(len(table)) / rate
@@ -291,7 +292,7 @@ def _times(plan: Plan, table: Table, place: Place, inertial: bool) -> FloatArray
         return seconds
     time = table.columns[column] * meaning.found.factor["t"]
     if "time" not in meaning.found.told and like_spreadsheet(time):
-        note(f"{path}: time: {time[0]:.4f} and so on, days of a spreadsheet; taken as such")
+        note(path, f"time: {time[0]:.4f} and so on, days of a spreadsheet; taken as such")
         return (time - 25_569.0) * 86_400.0
     check_seconds(path, place, time, inertial=inertial)
     return time

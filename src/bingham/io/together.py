@@ -124,14 +124,14 @@ def _with_gravity(files: Sequence[Path], force: Stream, options: dict[str, Any])
     if gravity is None:
         if not NEAR_ONE[0] < usual < NEAR_ONE[1]:  # else it is in g
             said = f"accelerometer usually {usual:.2g} m/s², as with gravity taken off"
-            note(f"{files[0].parent}: {said}: export the total acceleration, or gravity too")
+            note(files[0].parent, f"{said}: export the total acceleration, or gravity too")
         return force
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", RecordingWarning)
         found = read_samples(gravity, alone=False, **_fitting(gravity, options)).streams.get("accelerometer")
     if found is None or found.time.shape != force.time.shape or np.abs(found.time - force.time).max() > SAME_TIME:
         return force
-    note(f"{gravity}: added to the accelerometer, which has gravity taken off")
+    note(gravity, "added to the accelerometer, which has gravity taken off")
     return Stream(force.time, force.values + found.values)
 
 
@@ -158,7 +158,7 @@ def _wanted(files: Sequence[Path]) -> list[Path]:
     wanted = [p for p in wanted if p in calibrated or sensors[p] not in {sensors[c] for c in calibrated}]
     left = [p.name for p in files if p not in wanted]
     if left:
-        note(f"{files[0].parent}: left out, of no sensor or gravity taken off: {' '.join(left)}")
+        note(files[0].parent, f"left out, of no sensor or gravity taken off: {' '.join(left)}")
     return wanted or list(files)
 
 

@@ -47,7 +47,7 @@ def trial(path: Path, content: Mapping[str, Any]) -> ImuRecording | OrientationR
     fields = Fields(path, content)
     if _called("gyr", content) in content:
         if unknown := [name for name in content if name not in (*(_called(n, content) for n in IMU_FIELDS), *OTHERS)]:
-            note(f"{path}: unknown fields left out: {', '.join(unknown)}; known: {' '.join(IMU_FIELDS)}")
+            note(path, f"unknown fields left out: {', '.join(unknown)}; known: {' '.join(IMU_FIELDS)}")
         return _imu(fields)
     if "meas" in content:
         return _measured(fields)

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from bingham.errors import InvalidArgumentError, RecordingError
+from bingham.errors import InvalidArgumentError, RecordingError, Setting
 from bingham.io.angles import AngleKind, recognised
 from bingham.io.table import Table
 
@@ -61,6 +61,6 @@ def decoded(table: Table, written: Written) -> NDArray[np.float64]:
                 kind.decode(rows[k : k + 1])
             except InvalidArgumentError as error:
                 problem = f"no {' '.join(kind.columns)}: {error}"
-                hint = "correct the row, or name the kind by angles="
+                hint = ("correct the row, or name the kind by ", Setting("angles"))
                 raise RecordingError(path, table.place(columns, k), problem, hint) from None
         raise
