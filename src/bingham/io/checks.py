@@ -52,7 +52,7 @@ R = TypeVar("R", ImuRecording, OrientationRecording)
 # Rows from which is told what is usual in a file: so that pieces of it and the whole are treated alike.
 HEAD = 100_000
 # Text files round quaternions to as few as four decimals; a wrong column order is much further off.
-QUATERNION_TOLERANCE = 1e-3
+QUATERNION_TOLERANCE = 2e-3  # four numbers cut off after three decimals
 # Deviations up to this are float32 rounding and not worth a warning; up to the next, float64 rounding.
 SINGLE_ROUNDING = 1e-6
 DOUBLE_ROUNDING = 1e-12
@@ -146,7 +146,7 @@ def damaged(path: Path, kind: str, error: Exception, hint: str = "copy or downlo
 def normalised(
     path: Path, name: str, rows: NDArray[np.float64], place: Place, *, rounding: float = SINGLE_ROUNDING
 ) -> NDArray[np.float64]:
-    """Return rows q/‖q‖ if |‖q‖ − 1| ≤ 1e-3; rows of NaN stay, rows exact to 1e-12 are left as they are.
+    """Return rows q/‖q‖ if |‖q‖ − 1| ≤ 2e-3; rows of NaN stay, rows exact to 1e-12 are left as they are.
 
     Warns
     -----
@@ -156,7 +156,7 @@ def normalised(
     Raises
     ------
     RecordingError
-        If a deviation exceeds 1e-3.
+        If a deviation exceeds 2e-3.
     """
     with np.errstate(over="ignore"):
         norm = np.linalg.norm(rows, axis=1)
