@@ -21,7 +21,6 @@ __all__ = ["StumbledError", "by_arrow", "by_numpy"]
 
 BLOCK = 1024 * 1024  # bytes that are parsed at once; longer than any line
 LINES = 50_000  # the same for NumPy
-USUALLY_MISSING = ("", "nan", "NaN")  # each further word slows the parser down
 
 
 class StumbledError(Exception):
@@ -51,7 +50,7 @@ def by_arrow(text: TextFile, layout: Layout, kinds: dict[int, str], *, threads: 
     conversion = reader.ConvertOptions(
         column_types={str(k): types[kind] for k, kind in kinds.items()},
         include_columns=[str(k) for k in kinds],
-        null_values=list(USUALLY_MISSING),
+        null_values=[""],  # each further word slows the parser down; nan is a number to it
         decimal_point=layout.decimal,
         check_utf8="word" in kinds.values(),
     )
