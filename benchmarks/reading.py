@@ -37,7 +37,9 @@ def write(path: Path) -> None:
 
 
 def in_turns(path: Path) -> tuple[float, float]:
-    """Return seconds on the wall of this package and of pandas, the median of each."""
+    """Return seconds on the wall of this package and of pandas, the median of each after a first call."""
+    read_recording(path)
+    pd.read_csv(path)
     took: dict[str, list[float]] = {"bingham": [], "pandas": []}
     for _ in range(REPEATS):
         for name, read in (("bingham", read_recording), ("pandas", pd.read_csv)):
@@ -63,8 +65,9 @@ def measure() -> list[Row]:
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "hour.csv"
         write(path)
-        read_recording(path)
-        ours, pandas = in_turns(path)
+        # In a process of its own, as for who reads a file: other topics leave a million objects to the collector.
+        told = subprocess.run([sys.executable, __file__, path], capture_output=True, text=True, check=True).stdout
+        ours, pandas = map(float, told.split())
         rows = [
             Row(TOPIC, "bingham, `read_recording`", ours, "file", True, 1.5 * pandas, "on the wall, median"),
             Row(TOPIC, f"pandas {pd.__version__}, `read_csv`", pandas, "file", note="in turns with it"),
@@ -74,3 +77,7 @@ def measure() -> list[Row]:
             seconds, memory = min(tracked(path, *options) for _ in range(3))
             rows.append(Row(TOPIC, f"`bingham track{what}`", seconds, "file", limit=limit, note=f"{memory:.0f} MB"))
     return rows
+
+
+if __name__ == "__main__":
+    print(*in_turns(Path(sys.argv[1])))
