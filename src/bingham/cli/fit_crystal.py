@@ -38,8 +38,9 @@ def read_map(path: Path) -> tuple[Axes, str | None]:
 
     found = read_ebsd(path)
     note(
-        f"{path}: every point of the map counts as a measurement of its own; neighbours share their errors, so that "
-        "the mean is less certain than told: mean_rotation(q, group=…, position=…) of a grain's points allows for it"
+        path,
+        "every point of the map counts as a measurement of its own; neighbours share their errors, so that "
+        "the mean is less certain than told: mean_rotation(q, group=…, position=…) of a grain's points allows for it",
     )
     groups = {found.symmetry[k] for k in np.unique(found.phase).tolist() if k in found.symmetry}
     axes = Axes(found.name, ("qw", "qx", "qy", "qz"), found.quaternions)

@@ -122,7 +122,7 @@ def _track(
         step("writing")
         files.close()
     if summary.doubt:
-        note(name, f"{summary.doubt}")
+        note(name, summary.doubt)
     row: dict[str, Any] = {"recording": name, "file": str(path), "filter": filtering.name, **summary.row()}
     if "orientations" in row:
         row["orientations"] |= source.said

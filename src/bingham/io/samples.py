@@ -135,12 +135,13 @@ def plan_of(
         written = rotation_angles(layout.names, kind)
     sensors = [name for name in SENSORS if name in groups]
     if sensors and "gyroscope" not in groups and (written is not None or "orientation" in groups):
-        chosen = kind is not None or (isinstance(columns, Mapping) and "qw" in columns)
-        for left in sensors if alone and chosen else ["orientation"] * (not alone):
-            groups.pop(left, None)
-        if alone and chosen:
+        if not alone:  # a file of one sensor beside others
+            groups.pop("orientation", None)
+            written = None
+        elif kind is not None or (isinstance(columns, Mapping) and "qw" in columns):
+            for name in sensors:
+                del groups[name]
             note(text.path, f"{place}: {' and '.join(sensors)} left out: without a gyroscope they cannot be filtered")
-        written = written if alone else None
     if kind is not None and written is None:
         problem = f"no columns of {' '.join(kind.columns)} in place of a gyroscope or quaternion"
         raise RecordingError(text.path, place, problem, f"the file has: {', '.join(layout.names)}")
