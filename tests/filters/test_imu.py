@@ -499,3 +499,14 @@ def test_no_deviation_exceeds_that_of_ignorance():
 def test_a_smoothed_start_does_not_inherit_the_unknown_heading():
     track = ImuFilter().smooth(tumbling(8.0))
     assert track.heading_std[0] < 2.5 * track.heading_std[200:].min()
+
+
+def test_a_bias_seen_at_rest_at_the_end_is_smoothed_to_a_start_in_motion():
+    bias = np.radians([-0.2, 1.2, 4.5])  # no gyroscope that was calibrated
+    r = simulate_imu(simulate_tumbling(40.0, 100.0, rng=0, rest_s=5.0), rng=1, gyroscope_bias=bias)
+    moving = part(r, 600, r.size)
+    track = ImuFilter(gyroscope_delay=0.0).smooth(replace(moving, magnetometer=None))
+    up = rotate(conjugate(r.reference[600:]), [0.0, 0.0, 1.0])
+    tilt = np.degrees(np.arccos(np.clip(np.sum(up * rotate(conjugate(track.modes), [0.0, 0.0, 1.0]), axis=1), -1, 1)))
+    assert tilt.max() < 0.6
+    np.testing.assert_allclose(track.bias[0], bias, atol=np.radians(0.05))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import warnings
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from typing import Any
 
 import numpy as np
@@ -282,7 +282,8 @@ class ImuFilter:
 
         Rauch, Tung & Striebel's recursion on the error state, at the filter's updates and interpolated between. Keeps
         about 3 kB for each update (12.5 a second). As in `run`, orientations before the first accelerometer sample are
-        NaN.
+        NaN. Where the recording contradicts `gyroscope_bias`, it is filtered once more from the start, with
+        `gyroscope_wide_bias`.
         """
         return self._run(recording, prior, None, smooth=True)
 
@@ -324,6 +325,9 @@ class ImuFilter:
             out,
             kept,
         )
+        if smooth and self.gyroscope_bias < self.gyroscope_wide_bias and _bias_was_widened(kept[:count], self):
+            # What came before could not learn from what came after: start with what was found to be true.
+            return replace(self, gyroscope_bias=self.gyroscope_wide_bias)._run(recording, prior, None, smooth=True)
         if smooth and count:
             smooth_kernel(kept[:count], out)
         given = recording.orientations
@@ -404,6 +408,12 @@ def warn_of_faults(name: str, faults: dict[str, int]) -> None:
     told = [f"{count} {what}" for what, count in faults.items() if count and what in TOLD]
     if told:
         warnings.warn(f"{name}: {'; '.join(told)}", RecordingWarning, stacklevel=4)
+
+
+def _bias_was_widened(kept: NDArray[Any], par: ImuFilter) -> bool:
+    """Whether the bias became uncertain between two updates as where rest or motion contradict its prior."""
+    added = kept["predicted"][1:, BIAS, BIAS] - kept["filtered"][:-1, BIAS, BIAS]
+    return bool((added > 0.5 * par.gyroscope_wide_bias**2).any())
 
 
 def _read_only(array: FloatArray) -> FloatArray:
