@@ -101,9 +101,9 @@ class Reference:
             speed2 = self.speed_variance()
             ratio = 0.5 * np.sum(self.v[:2] ** 2 / (np.diag(self.P)[3:5] + speed2))
             self.contradiction += min(1.0, s.force_time / model.CONTRADICTION_TIME) * (ratio - self.contradiction)
-            variance = (model.REST_SPEED**2 if at_rest else 2.0 * model.SWING_TIME * speed2) / s.force_time
+            variance = model.REST_SPEED**2 if at_rest else 2.0 * min(model.SWING_TIME, self.age) * speed2
             for H, v in zip(np.eye(11)[VELOCITY], self.v[:2], strict=True):  # nothing about the heading
-                self.condition(H, -v, variance, np.where(np.arange(11) == 2, 0.0, 1.0))
+                self.condition(H, -v, variance / s.force_time, np.where(np.arange(11) == 2, 0.0, 1.0))
         if at_rest:
             self.rest_seen = True
             for H, rate, b in zip(np.eye(11)[BIAS], s.raw / dt, self.b, strict=True):

@@ -510,3 +510,14 @@ def test_a_bias_seen_at_rest_at_the_end_is_smoothed_to_a_start_in_motion():
     tilt = np.degrees(np.arccos(np.clip(np.sum(up * rotate(conjugate(track.modes), [0.0, 0.0, 1.0]), axis=1), -1, 1)))
     assert tilt.max() < 0.6
     np.testing.assert_allclose(track.bias[0], bias, atol=np.radians(0.05))
+
+
+def test_a_start_in_motion_finds_the_vertical_as_soon_as_the_velocity_shows_it():
+    t = np.arange(200) / 200
+    force = np.tile(GRAVITY, (200, 1))
+    force[:, 0] += 2.0 * np.cos(2 * np.pi * 4.0 * t)  # the first sample is 11.5° off
+    rate = 1e-3 * np.random.default_rng(0).standard_normal((200, 3))
+    track = ImuFilter().run(ImuRecording("shaken", t, rate, force))
+    tilt = np.degrees(np.arccos(rotate(track.modes, [0.0, 0.0, 1.0])[:, 2]))
+    assert tilt[0] > 11.0 and tilt[100] < 6.0 and tilt[199] < 2.5
+    assert np.all(tilt[20:] < 3.0 * np.degrees(track.inclination_std[20:]))

@@ -386,8 +386,9 @@ def update(s, par, w):
         span = s.force_time
         speed2 = speed_variance(s, par, span)
         tilt_consistency(s, par, speed2, span)
-        # A velocity of 0, give or take the typical speed, once in twice its correlation time.
-        variance = REST_SPEED**2 / span if at_rest else 2.0 * SWING_TIME * speed2 / span
+        # A velocity of 0, give or take the typical speed, once in twice its correlation time; since the start it has
+        # not changed by more than the time allows.
+        variance = REST_SPEED**2 / span if at_rest else 2.0 * min(SWING_TIME, s.age) * speed2 / span
         w.moves[2] = 0.0  # an accelerometer knows nothing about heading
         for i in range(2):
             h[VELOCITY + i] = 1.0
