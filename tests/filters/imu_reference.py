@@ -123,13 +123,12 @@ class Reference:
         if np.any(np.abs(s.raw) > model.MAXIMAL_BIAS * s.dt):
             return False
         allowed = model.LIMIT * (np.diag(self.P)[BIAS] + par.rest_rate_error**2)
-        if np.all((s.raw / s.dt - self.b) ** 2 <= allowed):
-            self.rest_refused = 0.0
-            return True
-        self.rest_refused += s.dt
-        if not self.rest_seen or self.rest_refused >= model.LASTING_REST:
+        believed = bool(np.all((s.raw / s.dt - self.b) ** 2 <= allowed))
+        self.rest_refused = 0.0 if believed else self.rest_refused + s.dt
+        steady = not believed and np.any((self.slow_rate - self.b) ** 2 > allowed)
+        if steady and (not self.rest_seen or self.rest_refused >= model.LASTING_REST):
             self.lost_bias, self.rest_refused = self.lost_bias + par.gyroscope_wide_bias**2, 0.0
-        return False
+        return believed
 
     def speed_variance(self) -> float:
         s, dt = self.sum, self.sum.force_time

@@ -521,3 +521,11 @@ def test_a_start_in_motion_finds_the_vertical_as_soon_as_the_velocity_shows_it()
     tilt = np.degrees(np.arccos(rotate(track.modes, [0.0, 0.0, 1.0])[:, 2]))
     assert tilt[0] > 11.0 and tilt[100] < 6.0 and tilt[199] < 2.5
     assert np.all(tilt[20:] < 3.0 * np.degrees(track.inclination_std[20:]))
+
+
+def test_noise_at_rest_is_no_contradiction_of_the_bias():
+    resting = still(10.0, rate=20.0)
+    for seed in range(8):
+        noise = np.radians(0.7) * np.random.default_rng(seed).standard_normal((200, 3))
+        track = ImuFilter().run(replace(resting, gyroscope=noise - noise.mean(axis=0)))
+        assert np.degrees(track.bias_std).max() < 0.16 and np.abs(np.degrees(track.bias)).max() < 0.35

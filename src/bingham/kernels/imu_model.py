@@ -335,21 +335,23 @@ def speed_variance(s, par, dt):
 def rest_is_believed(s, par, dt):
     """Whether a steady rate is a bias and not a slow turn; widen the bias where its prior was wrong.
 
-    The first rest shows the bias, whatever the prior said. Afterwards a steady rate that contradicts the known bias
-    is a slow turn, unless it lasts.
+    The first rest shows the bias, whatever the prior said: where the mean over `QUIET_TIME`, not a noisy interval,
+    contradicts it. Afterwards a steady rate that contradicts the known bias is a slow turn, unless it lasts.
     """
-    contradicted = False
+    contradicted = steady = False
     for i in range(3):
         residual = s.raw_rotated[i] / dt - s.bias[i]
+        allowed = LIMIT * (s.covariance[BIAS + i, BIAS + i] + par.rest_rate_error**2)
+        steady = steady or (s.slow_rate[i] - s.bias[i]) ** 2 > allowed
         if abs(s.raw_rotated[i]) > MAXIMAL_BIAS * dt:
             return False
-        if residual * residual > LIMIT * (s.covariance[BIAS + i, BIAS + i] + par.rest_rate_error**2):
+        if residual * residual > allowed:
             contradicted = True
     if not contradicted:
         s.rest_refused = 0.0
         return True
     s.rest_refused += dt
-    if s.rest_seen > 0 and s.rest_refused < LASTING_REST:
+    if not steady or (s.rest_seen > 0 and s.rest_refused < LASTING_REST):
         return False
     s.lost_bias += par.gyroscope_wide_bias**2
     s.rest_refused = 0.0
