@@ -256,6 +256,16 @@ def test_gravity_taken_off_is_no_accelerometer(tmp_path):
         read_recording(file)
 
 
+@pytest.mark.parametrize("form", ["{}_{}", "{} {}"])
+def test_fields_of_a_ros_message_have_gravity(tmp_path, form):
+    names = [form.format(field, x) for field in ("angular_velocity", "linear_acceleration") for x in "xyz"]
+    file = tmp_path / "imu.csv"
+    file.write_text(",".join(["time", *names]) + "\n" + rows(T, GYR, ACC))
+    with pytest.warns(RecordingWarning, match="with gravity as in sensor_msgs/Imu"):
+        recording = read_recording(file)
+    np.testing.assert_allclose(recording.accelerometer, ACC, rtol=1e-8)
+
+
 def split(folder, prefix=""):
     """Sensor Logger's files: acceleration at its own times, 3 ms late; orientation that the phone made."""
     paths = []

@@ -284,6 +284,14 @@ def test_fields_of_trials(tmp_path, change, place):
     rejected(read_npz, tmp_path / "x.npz", place, None)
 
 
+@pytest.mark.parametrize("save", [save_mat, save_hdf5])
+def test_other_files_of_matlab_are_told_from_broad(tmp_path, save):
+    file = tmp_path / ("x.mat" if save is save_mat else "x.hdf5")
+    save(file, {"vals": np.zeros((6, 9)), "ts": np.arange(9.0)})
+    with pytest.raises(RecordingError, match=r"no trial of BROAD.*write a text file with columns t gx"):
+        read_broad(file)
+
+
 def test_lost_references_are_legal_in_broad(tmp_path):
     content = broad()
     content["opt_quat"][1:3] = np.nan

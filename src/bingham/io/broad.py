@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from bingham.errors import RecordingError
 from bingham.io.checks import existing
 from bingham.io.fields import Fields
 from bingham.io.hdf5 import read_hdf5
@@ -49,7 +50,11 @@ def read_broad(path: str | Path) -> ImuRecording:
     with path.open("rb") as file:
         start = file.read(520)
     hdf5 = HDF5_SIGNATURE in (start[:8], start[512:])  # MATLAB 7.3 puts 512 bytes of its own before it
-    fields = Fields(path, _read_hdf5(path) if hdf5 else read_mat5(path, FIELDS))
+    content = _read_hdf5(path) if hdf5 else read_mat5(path, FIELDS)
+    if not content:
+        hint = "other MATLAB and HDF5 files are not read: write a text file with columns t gx gy gz ax ay az mx my mz"
+        raise RecordingError(path, "", f"no trial of BROAD, whose fields are {' '.join(FIELDS)}", hint)
+    fields = Fields(path, content)
     gyroscope = fields.rows("imu_gyr", 3)
     reference = fields.quaternions("opt_quat")
     return fields.inertial(

@@ -195,6 +195,7 @@ def add_parts(
     """Take the sum of acceleration without gravity and gravity for the accelerometer where there is no other.
 
     iOS gives both in g and as acceleration of free fall, down at rest: the opposite of what an accelerometer measures.
+    Beside an angular_velocity, linear_acceleration is that of ROS's ``sensor_msgs/Imu``, which has gravity in it.
     """
     if "ax" in found.column:
         return
@@ -203,6 +204,14 @@ def add_parts(
         if part := PART.fullmatch(joined(bracketed(theirs)[0])):
             parts[part["kind"] or "gravity"].setdefault(part["axis"], k)
     kind = next((kind for kind in ("user", "linear") if len(parts[kind]) == 3), None)
+    if kind == "linear" and not parts["gravity"] and "gx" in found.column:
+        if joined(own[found.column["gx"]]).startswith("angular_velocity"):
+            for axis, k in parts[kind].items():
+                unit = bracketed(own[k])[1] or (below[k] if below else None)
+                found.add(f"a{axis}", k, _factor(path, place, own[k], "accelerometer", unit, asked))
+            first = own[found.column["ax"]]
+            note(path, f"{place}: {first!r} and so on taken for the accelerometer, with gravity as in sensor_msgs/Imu")
+        return
     if kind is None or len(parts["gravity"]) != 3:
         return
     sign, usual = (-1.0, UNITS["accelerometer"]["g"]) if kind == "user" else (1.0, 1.0)
