@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from bingham.distributions.algebra import spectral
 from bingham.distributions.bingham import Bingham
 from bingham.errors import InvalidArgumentError, RecordingWarning
 from bingham.filters.imu_state import TOLD, ImuState
@@ -195,9 +196,10 @@ class ImuFilter:
         excess = norm - self.gravity
         tilt2 = FIRST_TILT**2 + (excess / self.gravity) ** 2
         swing2 = FIRST_SWING**2 + (SWING_PERIOD * excess) ** 2
-        seen = _least_turn(
-            Bingham.from_matrix(distribution.matrix + davenport_matrix([0.0, 0.0, 1.0], force / norm) / tilt2)
-        )
+        posterior = distribution.matrix + davenport_matrix([0.0, 0.0, 1.0], force / norm) / tilt2
+        # Nothing is compiled for one matrix.
+        z, frame = spectral(posterior, "prior", compiled=False)
+        seen = _least_turn(Bingham.from_spectrum(z - z[-1], frame))
         state = self.blank()
         record = state.record
         record["phase"], record["orientation"], record["swing_power"] = -1, seen.mode, swing2

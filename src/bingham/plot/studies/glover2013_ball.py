@@ -26,6 +26,7 @@ NAMES = (
     "bingham_first_order_fair",
     "ekf_first_order_fair",
     "ekf_second_order",
+    "ekf_mixture",
     "random_guess",
 )
 PANELS = (
@@ -39,6 +40,7 @@ STYLES = {
     "bingham_mixture_published": "--",
     "bingham_first_order_fair": (0, (1, 1)),
     "ekf_first_order_fair": (0, (1, 1)),
+    "ekf_mixture": "--",
     "random_guess": "--",
 }
 
