@@ -17,7 +17,7 @@ __all__ = ["SUFFIXES", "make"]
 
 # What a target's inputs are called: some readers look at endings.
 SUFFIXES = {
-    kind: f".{kind}" for kind in ("mat", "hdf5", "npz", "npy", "bag", "mcap", "db3", "ang")
+    kind: f".{kind}" for kind in ("mat", "hdf5", "npz", "npy", "bag", "mcap", "db3", "ang", "pcd", "ply")
 }  # fmt: skip
 
 HEADERS = [
@@ -79,6 +79,7 @@ def make(folder: Path) -> dict[str, list[Path]]:
         content = io.BytesIO()
         save(content)
         add(kind, "points", content.getvalue())
+    _clouds(add, points.reshape(-1, 3)[:8])
     for path in list(found["npz"]):
         with zipfile.ZipFile(path) as archive:
             parts = [name.removesuffix(".npy").encode() + b"\0" + archive.read(name) for name in archive.namelist()]
@@ -98,6 +99,21 @@ def make(folder: Path) -> dict[str, list[Path]]:
     add("state", "blank", ImuStream().state.to_json())
     add("state", "other", json.dumps({"values": [], "covariance": [[]], "last": None}))
     return found
+
+
+def _clouds(add, points):
+    """PCD, PLY and text, a byte for the ending before each."""
+    flat = points.astype("<f4")
+    text = "".join(f"{x} {y} {z}\n" for x, y, z in flat.tolist()).encode()
+    pcd = f"FIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\nWIDTH {len(flat)}\nHEIGHT 1\nDATA "
+    literal = b"".join(bytes([31]) + part for part in (flat.T.tobytes()[k : k + 32] for k in range(0, flat.nbytes, 32)))
+    sizes = np.array([len(literal), flat.nbytes], "<u4").tobytes()
+    for kind, data in {"ascii": text, "binary": flat.tobytes(), "binary_compressed": sizes + literal}.items():
+        add("points", f"pcd-{kind}", b"\0" + f"{pcd}{kind}\n".encode() + data)
+    ply = f"element vertex {len(flat)}\n" + "".join(f"property float {a}\n" for a in "xyz") + "end_header\n"
+    for form, data in {"ascii": text, "binary_big_endian": flat.astype(">f4").tobytes()}.items():
+        add("points", f"ply-{form}", b"\1" + f"ply\nformat {form} 1.0\n{ply}".encode() + data)
+    add("points", "text", b"\2x,y,z\n" + text.replace(b" ", b","))
 
 
 def _commands(add, found):

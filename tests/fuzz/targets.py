@@ -160,6 +160,15 @@ def state(content):
     assert path.read_bytes() == content
 
 
+def points(content):
+    """Clouds and depth images; the first byte says by which ending."""
+    from bingham.io.points import read_points
+
+    kind = ("pcd", "ply", "cloud")[content[0] % 3] if content else "pcd"
+    with _only_own_errors():
+        assert read_points(_file(kind, content[1:]))
+
+
 # Commands that read a file; the first byte of an input says which.
 COMMANDS = (
     ("track", "text", "--no-figure"), ("fit", "text"), ("cluster", "text", "--components", "1"), ("planes", "text"),
@@ -211,5 +220,6 @@ TARGETS = {
     "track": Target(track, ("npz",), 1000),
     "stream": Target(stream, ("stream",), 500),
     "state": Target(state, ("state",), 2000),
+    "points": Target(points, ("points",), 1000),
     "command": Target(command, ("command",), 150),
 }

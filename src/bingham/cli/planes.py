@@ -4,17 +4,19 @@ from __future__ import annotations
 
 import json
 import math
+import warnings
 from pathlib import Path
 from typing import Any
 
 import typer
 
-from bingham.errors import InvalidArgumentError, RecordingError
+from bingham.errors import InvalidArgumentError, RecordingError, RecordingWarning
 
 __all__ = ["register"]
 
 CAMERA = ("fx", "fy", "cx", "cy")
 FARTHEST = 1e6  # no sensor measures further, m
+MOST_BEHIND = 0.02  # share of an image's points with z ≤ 0
 
 EXAMPLES = """
 Examples:
@@ -23,7 +25,7 @@ Examples:
 
     bingham planes depth.png --intrinsics 525,525,319.5,239.5 -o planes
 
-    bingham planes cloud.npy --json | jq .planes[].normal
+    bingham planes cloud.pcd --json | jq .planes[].normal
 """
 
 
@@ -36,14 +38,16 @@ def planes(
     file: Path = typer.Argument(
         ...,
         metavar="FILE",
-        help="npz with xyz or xyz_mm (H, W, 3) or (n, 3), or depth or depth_mm (H, W) and fx, fy, cx, cy; npy alike; "
-        "PNG of 16 bits; text with x y z a row.",
+        help="PCD or PLY; npz with xyz or xyz_mm (H, W, 3) or (n, 3), or depth or depth_mm (H, W) and fx, fy, cx, cy; "
+        "npy alike; PNG of 16 bits; text with x y z a row.",
         show_default=False,
     ),
     intrinsics: str | None = typer.Option(
         None, metavar="FX,FY,CX,CY", help="Depth images: focal lengths and principal point, pixels."
     ),
-    scale: float = typer.Option(0.001, help="Depth images of integers: metres of a unit."),
+    scale: float | None = typer.Option(
+        None, help="Metres of a unit; unless given, 0.001 for depth images of integers, else 1.", show_default=False
+    ),
     min_share: float = typer.Option(0.01, help="Planes with less of the points are left out."),
     seed: int = typer.Option(0, min=0, help="The same seed gives the same planes."),
     output: Path | None = typer.Option(None, "--output", "-o", metavar="FOLDER", help="Figure and labels go there."),
@@ -105,7 +109,7 @@ def planes(
     say("\n".join(lines + [f"file {name}" for name in row.get("files", [])]))
 
 
-def _points(file: Path, intrinsics: str | None, scale: float) -> Any:
+def _points(file: Path, intrinsics: str | None, scale: float | None) -> Any:
     """Return points (H, W, 3) or (n, 3) in m, NaN without data."""
     import numpy as np
 
@@ -114,15 +118,17 @@ def _points(file: Path, intrinsics: str | None, scale: float) -> Any:
     from bingham.surfaces.normals import back_project
 
     camera = None if intrinsics is None else _numbers(intrinsics)
+    if scale is not None and not (math.isfinite(scale) and scale > 0.0):
+        raise InvalidArgumentError("--scale", "metres of a unit, > 0", scale)
     fields = Fields(file, read_points(file))
     there = fields.content
     for name, unit in (("xyz", 1.0), ("xyz_mm", 1e-3)):
         if name in there:
-            points = fields.as_numbers(name) * unit
+            points = fields.as_numbers(name) * (unit if scale is None else scale)
             if points.ndim not in (2, 3) or points.shape[-1] != 3:
                 raise RecordingError(file, f"field {name}", f"of shape {points.shape}", "(H, W, 3) or (n, 3) is meant")
             points[~((points != 0.0).any(axis=-1) & (np.abs(points) < FARTHEST).all(axis=-1))] = np.nan
-            return points
+            return _in_view(file, points)
     depth = next((name for name in ("depth_mm", "depth") if name in there), None)
     if depth is None:
         known = " ".join(there) or "none"
@@ -135,9 +141,26 @@ def _points(file: Path, intrinsics: str | None, scale: float) -> Any:
     if image.ndim != 2:
         raise RecordingError(file, f"field {depth}", f"of shape {image.shape}", "an image (H, W) is meant")
     whole = fields.array(depth).dtype.kind in "iu"
-    image *= 1e-3 if depth == "depth_mm" else scale if whole else 1.0
+    image *= scale if scale is not None else 1e-3 if whole or depth == "depth_mm" else 1.0
     image[~(image < FARTHEST)] = np.nan
     return back_project(image, *camera)
+
+
+def _in_view(file: Path, points: Any) -> Any:
+    """Return the points as they are, or as a loose cloud if they are organised but not seen along z: a scanner's."""
+    import numpy as np
+
+    known = np.isfinite(points).all(axis=-1)
+    behind = points[known][:, 2] <= 0.0
+    if points.ndim == 2 or np.mean(behind) <= MOST_BEHIND:
+        return points
+    warnings.warn(
+        f"{file.name}: {100.0 * np.mean(behind):.0f} % of the points have z ≤ 0, which no camera along z sees: "
+        "taken as a loose cloud",
+        RecordingWarning,
+        stacklevel=2,
+    )
+    return points[known]
 
 
 def _numbers(text: str) -> tuple[float, ...]:

@@ -1,4 +1,4 @@
-"""Arrays of a point cloud or depth image: npz, npy, PNG of 16 bits, or rows of numbers."""
+"""Arrays of a point cloud or depth image: PCD, PLY, npz, npy, PNG of 16 bits, or rows of numbers."""
 
 from __future__ import annotations
 
@@ -13,10 +13,16 @@ from bingham.errors import RecordingError
 from bingham.io.bounds import check_size
 from bingham.io.checks import damaged, existing
 from bingham.io.npz import Archive, load_array
+from bingham.io.point_files import read_pcd, read_ply
 
 __all__ = ["read_points"]
 
 PNG_SIGNATURE = b"\x89PNG\r\n\x1a\n"
+CLOUDS = {".pcd": read_pcd, ".ply": read_ply}
+OTHER = (".las", ".laz", ".e57", ".obj", ".stl", ".off", ".glb", ".tif", ".tiff", ".exr")
+MOST_COLUMNS = 12
+# Where names of columns are looked for: lines, and characters of each.
+FIRST_LINES, LINE = 20, 4096
 
 
 def read_points(path: str | Path) -> Mapping[str, NDArray[Any]]:
@@ -31,21 +37,35 @@ def read_points(path: str | Path) -> Mapping[str, NDArray[Any]]:
     """
     path = existing(path)
     kind = path.suffix.lower()
+    if kind in CLOUDS:
+        return {"xyz": CLOUDS[kind](path)}
+    if kind in OTHER:
+        raise RecordingError(path, "", f"{kind} is not read", "save the points as PLY, PCD or npz with xyz")
     if kind == ".npz":
         return Archive(path)
     if kind == ".png":
         return {"depth": _png(path)}
-    values = load_array(path) if kind == ".npy" else _rows(path)
-    return {"xyz" if values.ndim and values.shape[-1] == 3 else "depth": values}
+    if kind == ".npy":
+        values = load_array(path)
+        return {"xyz" if values.ndim and values.shape[-1] == 3 else "depth": values}
+    values = _rows(path)
+    # Points come with colours, normals, intensities; an image is wider.
+    few = 3 <= values.shape[1] <= MOST_COLUMNS
+    return {"xyz": values[:, :3]} if few else {"depth": values}
 
 
 def _png(path: Path) -> NDArray[Any]:
     from matplotlib import image
 
     with path.open("rb") as file:
-        start = file.read(24)
-    if not start.startswith(PNG_SIGNATURE) or len(start) < 24:
+        start = file.read(26)
+    if not start.startswith(PNG_SIGNATURE) or len(start) < 26:
         raise RecordingError(path, "", "not a PNG file", "save the depth as PNG of 16 bits")
+    bits, colour = start[24:26]
+    if bits != 16 or colour != 0:
+        raise RecordingError(
+            path, "", f"{bits} bits, {'a colour image' if colour else 'grey'}", "a depth image is grey, of 16 bits"
+        )
     width, height = (int.from_bytes(start[k : k + 4], "big") for k in (16, 20))
     check_size(path, "image", 24.0 * width * height)
     try:
@@ -56,7 +76,23 @@ def _png(path: Path) -> NDArray[Any]:
 
 
 def _rows(path: Path) -> NDArray[np.float64]:
+    """Return a table of numbers; of one whose first line names x, y and z these columns."""
     try:
-        return np.loadtxt(path, comments="#", delimiter="," if path.suffix == ".csv" else None, ndmin=2)
+        with path.open(encoding="utf-8-sig") as file:
+            lines = [line for line in (file.readline(LINE) for _ in range(FIRST_LINES)) if line.strip()]
+        delimiter = next((d for d in ",;\t" if lines and d in lines[-1]), None)
+        named, skipped = None, 0
+        for line in lines:
+            words = line.strip().lstrip("#/").strip().split(delimiter)
+            names = [word.strip(" \"'").lower() for word in words]
+            if all(a in names for a in "xyz"):
+                named = [names.index(a) for a in "xyz"]
+                skipped += 1
+            elif line.lstrip().startswith(("#", "//")) or (len(words) == 1 and words[0].isdecimal()):
+                skipped += 1  # a comment; or, first, how many points follow
+            else:
+                break
+        return np.loadtxt(path, comments=["#", "//"], delimiter=delimiter, ndmin=2, usecols=named,
+                          skiprows=skipped, encoding="utf-8-sig")  # fmt: skip
     except Exception as error:  # of coding too
         raise damaged(path, "table of numbers", error, "x y z in each row") from error
