@@ -9,12 +9,11 @@ from bingham import ImuFilter
 from bingham.kernels import imu_loop as loop
 from bingham.kernels import imu_model as model
 
-UP = np.array([0.0, 0.0, 1.0])
+UP, turn = np.array([0.0, 0.0, 1.0]), Rotation.from_rotvec
 THETA, VELOCITY, BIAS, FORCE_BIAS = slice(0, 3), slice(3, 5), slice(5, 8), slice(8, 11)
 VECTORS = "v b a mean_force swing slow_swing slow_turn"
 ZEROS = """drift_expected level_time surprise contradiction age quiet force_deviation rest_refused north up weight
     residual_mean residual_variance lost_bias resting rest_seen"""
-turn = Rotation.from_rotvec
 
 
 def skew(v):
@@ -28,7 +27,7 @@ class Reference:
         self.q = Rotation.from_quat(start["orientation"], scalar_first=True)
         self.t, self.rate, self.slow_rate, self.force, self.slow_force = t, rate, rate, force, force
         self.force_t, self.last_field = t, np.zeros(3)
-        self.__dict__ |= {name: float(start[name]) for name in ("unknown_heading", "swing_power")}
+        self.__dict__ |= {name: float(start[name]) for name in ("unknown_heading", "swing_power", "bias_scale")}
         self.__dict__ |= dict.fromkeys(VECTORS.split(), np.zeros(3)) | dict.fromkeys(ZEROS.split(), 0.0)
         self.turned, self.drift, self.noise, self.level = np.zeros((3, 3)), np.zeros(2), 1.0, 1.0
         self.clear()
@@ -79,8 +78,7 @@ class Reference:
     def update(self) -> None:
         s, par, dt = self.sum, self.par, self.sum.dt
         if s.field:
-            self.P[2, 2] += self.unknown_heading
-            self.unknown_heading = 0.0
+            self.P[2, 2], self.unknown_heading = self.P[2, 2] + self.unknown_heading, 0.0
         F, Q = np.eye(11), np.zeros((11, 11))
         F[THETA, BIAS], F[VELOCITY, FORCE_BIAS] = -s.C, -s.C[:2]
         F[VELOCITY, THETA] = -par.gravity * dt * skew(UP)[:2]
@@ -116,6 +114,9 @@ class Reference:
         self.v = (self.v + np.cross(self.x[THETA], self.v) + [*self.x[VELOCITY], 0.0]) * [1.0, 1.0, 0.0]
         self.b = np.clip(self.b + self.x[BIAS], -model.MAXIMAL_BIAS, model.MAXIMAL_BIAS)
         self.a = np.clip(self.a + self.x[FORCE_BIAS], -model.MAXIMAL_FORCE_BIAS, model.MAXIMAL_FORCE_BIAS)
+        largest = np.abs(self.b).max()
+        if not self.rest_seen and largest > model.BEYOND_PRIOR * self.bias_scale:
+            self.lost_bias, self.bias_scale = self.lost_bias + largest**2 - self.bias_scale**2, largest
         self.clear()
 
     def rest_is_believed(self) -> bool:

@@ -529,3 +529,16 @@ def test_noise_at_rest_is_no_contradiction_of_the_bias():
         noise = np.radians(0.7) * np.random.default_rng(seed).standard_normal((200, 3))
         track = ImuFilter().run(replace(resting, gyroscope=noise - noise.mean(axis=0)))
         assert np.degrees(track.bias_std).max() < 0.16 and np.abs(np.degrees(track.bias)).max() < 0.35
+
+
+def test_one_large_bias_says_that_the_others_may_be_large_too():
+    bias = np.radians([0.7, -0.7, 0.7])  # nearly five times the prior's deviation; the second axis shows it first
+    r = replace(simulate_imu(simulate_tumbling(60.0, 100.0, rng=0), rng=1, gyroscope_bias=bias), magnetometer=None)
+    narrow = ImuFilter(gyroscope_delay=0.0)
+    track, smoothed = narrow.run(r), narrow.smooth(r)
+    # With the prior as it was the first and third would end 4.1 and 3.8 deviations off.
+    assert np.all(np.abs(track.bias[-1] - bias) < 2.0 * track.bias_std[-1])
+    assert np.all(np.abs(smoothed.bias[0] - bias) < 2.0 * smoothed.bias_std[0])
+    assert np.all(np.abs(smoothed.bias[0] - bias) < np.radians(0.15))
+    calm = replace(r, gyroscope=r.gyroscope - bias)
+    assert narrow.run(calm).bias_std[-1].max() < np.radians(0.15)

@@ -234,6 +234,7 @@ class ImuFilter:
             record["orientation"], record["covariance"][:3, :3] = seen.mode, covariance_of_distribution(seen)
         record["covariance"][SPEEDS, SPEEDS] = 1.0
         record["covariance"][BIASES, BIASES] = self.gyroscope_wide_bias**2
+        record["bias_scale"] = self.gyroscope_wide_bias
         return state
 
     def blank(self) -> ImuState:
@@ -243,6 +244,7 @@ class ImuFilter:
         record["last"] = np.nan
         record["noise"] = record["seen_noise"] = record["level"] = record["coarse"] = 1.0
         record["range"] = 0.99 * self.gyroscope_range
+        record["bias_scale"] = self.gyroscope_bias
         p = record["covariance"]
         p[BIASES, BIASES] = self.gyroscope_bias**2
         p[FORCE_BIASES, FORCE_BIASES] = self.accelerometer_bias**2
@@ -284,8 +286,8 @@ class ImuFilter:
 
         Rauch, Tung & Striebel's recursion on the error state, at the filter's updates and interpolated between. Keeps
         about 3 kB for each update (12.5 a second). As in `run`, orientations before the first accelerometer sample are
-        NaN. Where the recording contradicts `gyroscope_bias`, it is filtered once more from the start, with
-        `gyroscope_wide_bias`.
+        NaN. Where the recording contradicts `gyroscope_bias`, it is filtered once more from the start, with the
+        deviation that was found, at most `gyroscope_wide_bias`.
         """
         return self._run(recording, prior, None, smooth=True)
 
@@ -327,9 +329,9 @@ class ImuFilter:
             out,
             kept,
         )
-        if smooth and self.gyroscope_bias < self.gyroscope_wide_bias and _bias_was_widened(kept[:count], self):
+        if smooth and (wider := self._wider_bias(kept[:count])) > self.gyroscope_bias:
             # What came before could not learn from what came after: start with what was found to be true.
-            return replace(self, gyroscope_bias=self.gyroscope_wide_bias)._run(recording, prior, None, smooth=True)
+            return replace(self, gyroscope_bias=wider)._run(recording, prior, None, smooth=True)
         if smooth and count:
             smooth_kernel(kept[:count], out)
         given = recording.orientations
@@ -380,6 +382,13 @@ class ImuFilter:
         seen["nis"] = seen["evidence"] = np.nan
         return seen
 
+    def _wider_bias(self, kept: NDArray[Any]) -> float:
+        """Return the deviation of the bias with all that was added where rest, motion or biases contradicted it."""
+        steps = kept["predicted"][1:, BIAS, BIAS] - kept["filtered"][:-1, BIAS, BIAS]
+        added = steps[steps > 0.5 * self.gyroscope_bias**2].sum()
+        widest = max(self.gyroscope_bias, self.gyroscope_wide_bias)
+        return min(math.sqrt(self.gyroscope_bias**2 + added), widest) if added else self.gyroscope_bias
+
     def _start(self, recording: ImuRecording, seen: NDArray[Any], prior: Bingham | None) -> ImuState:
         """Return the state that the first accelerometer sample, or without any the first orientation, makes."""
         force = recording.accelerometer
@@ -410,12 +419,6 @@ def warn_of_faults(name: str, faults: dict[str, int]) -> None:
     told = [f"{count} {what}" for what, count in faults.items() if count and what in TOLD]
     if told:
         warnings.warn(f"{name}: {'; '.join(told)}", RecordingWarning, stacklevel=4)
-
-
-def _bias_was_widened(kept: NDArray[Any], par: ImuFilter) -> bool:
-    """Whether the bias became uncertain between two updates as where rest or motion contradict its prior."""
-    added = kept["predicted"][1:, BIAS, BIAS] - kept["filtered"][:-1, BIAS, BIAS]
-    return bool((added > 0.5 * par.gyroscope_wide_bias**2).any())
 
 
 def _read_only(array: FloatArray) -> FloatArray:

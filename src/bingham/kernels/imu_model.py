@@ -64,6 +64,8 @@ STATE = np.dtype([
     ("seen_expected", "f8", 3), ("seen_noise", "f8"), ("unseen", "f8"), ("unknown_heading", "f8"),
     # ∫(Rᵀẑ) ωᵀ dt since the start: constant errors of scale and axes turn the heading by its product with them.
     ("turned", "f8", (3, 3)),
+    # Standard deviation of a bias as the biases found say, rad/s: see `scale_of_biases`.
+    ("bias_scale", "f8"),
     # Of the last update: log-evidence, statistic and code of the magnetometer.
     ("evidence", "f8"), ("statistic", "f8"), ("code", "i8"),
 ], align=True)  # fmt: skip
@@ -96,6 +98,7 @@ DOUBTFUL_TILT = 0.05  # rad², variance of a tilt that says nothing about motion
 MAXIMAL_SPEED = 3.0  # m/s, largest typical speed that is believed
 MAXIMAL_BIAS = 0.25  # rad/s; no gyroscope that is one has more
 MAXIMAL_FORCE_BIAS = 0.5  # m/s²
+BEYOND_PRIOR = 2.0  # deviations of its prior at which a bias says that the prior is too narrow
 LASTING_REST = 10.0  # s of a steady rate that no slow turn keeps up
 LIMIT = 9.0  # χ² of one degree of freedom: three standard deviations
 # Consistency: corrections are summed over DRIFT_TIME; the noise of the tilt follows what they say within ADAPT_TIME, up
@@ -411,11 +414,29 @@ def update(s, par, w):
     elif math.isnan(s.last[1]) or s.last[0] - s.last[1] > FORGOTTEN_TIME:
         forget_velocity(p, par)
     correct(s, x)
+    scale_of_biases(s, par)
     keep = s.lost.copy()
     v, b = s.lost_velocity, s.lost_bias
     clear(s)
     copy(s.lost, keep)
     s.lost_velocity, s.lost_bias = v, b
+
+
+@compiled(inner=True)
+def scale_of_biases(s, par):
+    """Widen the bias where one axis's, until rest shows them, is beyond twice what was expected of all of them.
+
+    The prior of one sensor's biases is N(0, σ²) with one σ, of which the largest one tells: the others may be like it.
+    """
+    if s.rest_seen > 0:
+        return
+    largest = 0.0
+    for i in range(3):
+        largest = max(largest, abs(s.bias[i]))
+    scale = min(largest, par.gyroscope_wide_bias)
+    if largest > BEYOND_PRIOR * s.bias_scale and scale > s.bias_scale:
+        s.lost_bias += scale * scale - s.bias_scale * s.bias_scale
+        s.bias_scale = scale
 
 
 @compiled(inner=True)
