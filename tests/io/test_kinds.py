@@ -221,3 +221,24 @@ def test_xsens_text_that_counts_samples_at_a_stated_rate(tmp_path):
     recording = read_recording(file)
     np.testing.assert_allclose(np.diff(recording.time), 0.02)
     np.testing.assert_array_equal(recording.gyroscope, GYR)
+
+
+def test_stamps_in_nanoseconds_that_a_spreadsheet_rounded_are_written_out(tmp_path):
+    path = tmp_path / "imu.csv"
+    rows = [f"{1.403636579763 + 5e-12 * k:.14f}E+018,0.0{k},0,0,0,0,9.81" for k in range(20)]
+    header = "#timestamp [ns],w_RS_S_x [rad s^-1],w_RS_S_y [rad s^-1],w_RS_S_z [rad s^-1],"
+    path.write_text(header + "a_RS_S_x [m s^-2],a_RS_S_y [m s^-2],a_RS_S_z [m s^-2]\n" + "\n".join(rows) + "\n")
+    with pytest.warns(RecordingWarning, match="column #?timestamp.*: integers as powers of ten, as spreadsheets"):
+        recording = read_recording(path)
+    np.testing.assert_allclose(np.diff(recording.time), 5e-3, atol=3e-7)
+
+
+def test_names_that_begin_with_the_device_are_understood(tmp_path):
+    path = tmp_path / "log.csv"
+    names = [f"IMU {sensor} {axis}" for sensor in ("Acceleration", "Gyroscope", "Magnetometer") for axis in "XYZ"]
+    rows = [f"{k / 100},0.1,0.2,9.8,0.01,0.02,0.{k},0.2,0.1,-0.4" for k in range(20)]
+    path.write_text(",".join(["Time", *names]) + "\n" + "\n".join(rows) + "\n")
+    recording = read_recording(path)
+    np.testing.assert_array_equal(recording.accelerometer[3], [0.1, 0.2, 9.8])
+    np.testing.assert_array_equal(recording.gyroscope[3], [0.01, 0.02, 0.3])
+    np.testing.assert_array_equal(recording.magnetometer[3], [0.2, 0.1, -0.4])

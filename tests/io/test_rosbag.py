@@ -130,3 +130,20 @@ def test_nan_in_a_message(tmp_path, monkeypatch):
     path = write("bag", tmp_path)
     with pytest.raises(RecordingError, match="topic /imu, message 21: expected finite numbers"):
         read_recording(path)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_field_as_a_plain_vector_is_taken_by_its_name_or_when_asked_for(tmp_path, kind):
+    with Bag(kind, tmp_path) as bag:
+        vector = "geometry_msgs/msg/Vector3Stamped"
+        for stamp, gyro, force in zip(STAMPS, GYRO, FORCE, strict=True):
+            bag.imu("/imu", stamp, gyro, force)
+        for topic, scale in (("/imu/mag", 1.0), ("/goal", 2.0)):
+            for stamp, field in zip(STAMPS, RNG.standard_normal((60, 3)), strict=True):
+                message = bag.types[vector](header=bag.header(stamp), vector=bag.vector(scale * field))
+                bag.message(topic, vector, message, stamp)
+    with pytest.warns(RecordingWarning, match=r"topic /imu/mag of geometry_msgs/msg/Vector3Stamped: taken for"):
+        found = read_recording(bag.path)
+    assert np.isfinite(found.magnetometer).all()
+    asked = read_recording(bag.path, magnetometer_topic="/goal")
+    assert np.abs(asked.magnetometer - found.magnetometer).max() > 0.1

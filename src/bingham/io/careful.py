@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import re
 from collections.abc import Iterator
+from decimal import Decimal
 from itertools import islice
 from typing import Any
 
@@ -22,6 +23,7 @@ __all__ = ["by_lines", "called", "numbered_rows"]
 BATCH = 20_000  # rows that are in memory as text
 MISSING = ("", "nan", "NaN", "NAN", "-nan", "null", "NULL", "None", "NA", "N/A", "n/a")
 FLOAT = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?|[-+]?inf(?:inity)?", re.ASCII | re.IGNORECASE)
+POWER = re.compile(r"[+-]?\d(\.\d{1,40})?[eE]\+?0{0,3}\d{1,2}", re.ASCII)
 INTEGER = re.compile(r"[-+]?\d{1,19}", re.ASCII)
 # Decimal mark → separator of thousands, and numbers with it that are no others.
 THOUSANDS = {
@@ -151,6 +153,7 @@ def _converted(
     text: TextFile, layout: Layout, column: int, cells: list[str], lines: list[int], kind: str
 ) -> NDArray[Any]:
     if kind == "integer":
+        cells = _written_out(text, layout, column, cells)
         for number, cell in zip(lines, cells, strict=True):
             if not INTEGER.fullmatch(cell) or not -(2**63) <= int(cell) < 2**63:
                 raise _wrong(text, layout, column, number, cell, "an integer")
@@ -173,6 +176,18 @@ def _converted(
         else:
             raise _wrong(text, layout, column, number, cell, "a number")
     return values
+
+
+def _written_out(text: TextFile, layout: Layout, column: int, cells: list[str]) -> list[str]:
+    """Write out integers that a spreadsheet rounded to a power of ten, as 1.40363657975856E+18."""
+    rounded = [k for k, cell in enumerate(cells) if POWER.fullmatch(cell)]
+    if not rounded:
+        return cells
+    cells = list(cells)
+    for k in rounded:
+        cells[k] = f"{Decimal(cells[k]):f}"
+    note(text.path, f"column {called(layout, column)}: integers as powers of ten, as spreadsheets round them")
+    return cells
 
 
 def _without_thousands(cells: list[str], decimal: str) -> list[str]:

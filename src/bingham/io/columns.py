@@ -71,7 +71,7 @@ TIMES = re.compile(
 SENSOR = f"(?P<sensor>{'|'.join(WORDS.values())})"
 # Other usual names of an inertial sensor's columns, words joined by underscores.
 SYNONYM = re.compile(
-    rf"{SENSOR}(?:_(?:cal|calibrated|data|axis))?_?(?P<axis>[xyz])(?:_axis)?(?:_(?P<unit>\w+))?"
+    rf"(?:imu_)?{SENSOR}(?:_(?:cal|calibrated|data|axis))?_?(?P<axis>[xyz])(?:_axis)?(?:_(?P<unit>\w+))?"
     r"|(?P<first>[xyz])_?(?:axis_)?(?P<last>gyro|gyr|gyroscope|acc|accel|accelerometer|mag|magnetometer)(?:_(?P<of>\w+))?"
 )
 QUATERNION = re.compile(r"(?:q|quat|quaternion|orientation|rotation|attitude)_?(?P<axis>[wxyzsijk])")

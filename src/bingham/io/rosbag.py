@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any, Literal
 
@@ -11,7 +12,7 @@ from numpy.typing import NDArray
 
 from bingham.errors import RecordingError, Setting
 from bingham.io.assemble import Stream, inertial_recording
-from bingham.io.checks import existing, time_from_nanoseconds
+from bingham.io.checks import existing, note, time_from_nanoseconds
 from bingham.io.registry import Format
 from bingham.io.rosbag_poses import pose_topics, read_poses
 from bingham.io.rosbag_topics import FIELD, IMU, OTHER_TOPIC, Topic, collect, is_absent, opened, topic_named, xyz
@@ -20,6 +21,7 @@ from bingham.recording import ImuRecording, OrientationRecording
 __all__ = ["read_rosbag"]
 
 FloatArray = NDArray[np.float64]
+VECTOR = "geometry_msgs/msg/Vector3Stamped"
 
 
 def read_rosbag(
@@ -85,9 +87,9 @@ def read_rosbag(
         if pose_topic is not None or (not imus and pose_topics(bag) and not any(asked)):
             return read_poses(path, bag, pose_topic, stamps, regularise=regularise)
         rate, force = _imu_topics(path, bag, imu_topic, gyroscope_topic, accelerometer_topic)
-        field = topic_named(path, bag.connections, FIELD, magnetometer_topic)
+        field, taken = _field_topic(path, bag, magnetometer_topic)
         takes: dict[str, Any] = {name: _inertial for name in (rate, force) if name}
-        takes |= {field: lambda message: xyz(message.magnetic_field)} if field else {}
+        takes |= {field: taken} if field else {}
         topics = collect(path, bag, takes, stamps)
     return _recording(path, topics, rate, force, field, regularise=regularise, earth_frame=earth_frame)
 
@@ -143,6 +145,22 @@ def _imu_topics(
     return names[0], names[1]
 
 
+def _field_topic(path: Path, bag: Any, asked: str | None) -> tuple[str, Callable[[Any], Any]]:
+    """Return the topic of the magnetometer, "" if there is none, and what to take from a message.
+
+    Older drivers send ``geometry_msgs/Vector3Stamped``: taken if the topic is asked for or its name says so.
+    """
+    vectors = sorted({c.topic for c in bag.connections if c.msgtype == VECTOR})
+    if asked is None and not any(c.msgtype == FIELD for c in bag.connections):
+        named = [name for name in vectors if re.search("mag", name, re.IGNORECASE)]
+        if len(named) == 1:
+            note(path, f"topic {named[0]} of {VECTOR}: taken for the magnetometer")
+            asked = named[0]
+    if asked in vectors:
+        return str(asked), lambda message: xyz(message.vector)
+    return topic_named(path, bag.connections, FIELD, asked), lambda message: xyz(message.magnetic_field)
+
+
 def _by_content(bag: Any, topics: list[str]) -> tuple[list[str], list[str]]:
     """Return which of the topics hold rates and no forces, and the reverse, by their first messages."""
     rates: list[str] = []
@@ -170,7 +188,7 @@ FORMAT = Format(
     name="rosbag",
     title="ROS bag",
     expects="ROS 1 bag, ROS 2 folder, ``.db3`` or ``.mcap`` with ``sensor_msgs/Imu`` (in two topics, too) and "
-    "``MagneticField``; or with PoseStamped, PoseWithCovarianceStamped, Odometry, TransformStamped or tf",
+    "``MagneticField`` (or Vector3Stamped); or with PoseStamped, PoseWithCovarianceStamped, Odometry, TransformStamped or tf",
     functions=("read_rosbag", "read_rosbag_orientation", "write_rosbag"),
     read=read_rosbag,
     signatures=(b"#ROSBAG V", b"SQLite format 3\0", b"\x89MCAP"),
