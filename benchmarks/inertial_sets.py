@@ -26,7 +26,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 # What a user would turn: how fast gravity is followed, what the gyroscope is worth, how fast north is followed.
-CONSTANTS = ("slow_velocity", "gyroscope_scale_error", "accelerometer_noise", "magnetometer_time")
+CONSTANTS = ("gyroscope_bias", "slow_velocity", "gyroscope_scale_error", "accelerometer_noise", "magnetometer_time")
 FACTORS = (0.5, 2.0)
 LONGEST_STEP = 0.05  # s between truths to interpolate
 

@@ -86,6 +86,19 @@ def test_a_small_surface_at_the_end_of_a_plane_does_not_bend_it():
     assert np.degrees(np.arccos(min(1.0, front.normal @ view.normals[7]))) < 0.5
 
 
+def test_the_noise_of_a_loose_cloud_is_that_of_each_place():
+    # The far wall is noisier than most of the room: with one noise for all points it fell into three.
+    scene, camera = random_room(503, width=320, height=240, focal=262.5)
+    view = render(scene, camera, rng=503)
+    seen = view.depth > 0.0
+    label = view.label[seen][::4]
+    found = find_planes(back_project(view.depth, *camera.intrinsics)[seen][::4], rng=0)
+    (wall,) = [k for k in range(len(found.planes)) if np.mean(label[found.label == k] == 0) > 0.5]
+    truth = view.normals[0] @ ((scene[0].centre - camera.position) @ camera.rotation)
+    assert np.mean(found.label[label == 0] == wall) > 0.9
+    assert abs(found.planes[wall].distance - truth) < 0.003
+
+
 def test_parallel_planes_are_apart_and_signs_are_kept():
     # A step of 25 cm, and two walls that face each other.
     scene = box([2.5, 0.0, 1.3], [6.0, 2.6, 2.6], inside=True)

@@ -188,7 +188,8 @@ FORMAT = Format(
     name="rosbag",
     title="ROS bag",
     expects="ROS 1 bag, ROS 2 folder, ``.db3`` or ``.mcap`` with ``sensor_msgs/Imu`` (in two topics, too) and "
-    "``MagneticField`` (or Vector3Stamped); or with PoseStamped, PoseWithCovarianceStamped, Odometry, TransformStamped or tf",
+    "``MagneticField`` or Vector3Stamped; or with PoseStamped, PoseWithCovarianceStamped, Odometry, TransformStamped "
+    "or tf",
     functions=("read_rosbag", "read_rosbag_orientation", "write_rosbag"),
     read=read_rosbag,
     signatures=(b"#ROSBAG V", b"SQLite format 3\0", b"\x89MCAP"),

@@ -35,6 +35,8 @@ WIDEST = 1.6
 # Pieces of a plane may be off it by so many standard deviations, and by such a share of the depth.
 PIECE, BENT = 4.0, 0.003
 NEIGHBOURS = 12
+# Windows about a point of a loose cloud, and the share of them with less noise than is taken.
+SURROUNDINGS, QUIET = 64, 0.3
 # Standard deviation of a point across its surface is not taken for less, m.
 FINEST = 1e-3
 # Directions of the scene that are looked for, and how often in what no plane has explained.
@@ -88,10 +90,12 @@ def find_planes(
     if normals is not None:
         n = as_numbers(normals, "normals").reshape(-1, 3)
     sigma = np.full(len(flat), np.inf)
-    level = float(np.nanmedian(spread)) if noise is None else float(noise)
-    depth = flat[usable, 2] if organised else np.ones(int(usable.sum()))
-    # Noise of the inverse depth is that of the depth over its square.
-    sigma[usable] = np.maximum(FINEST, level * (depth**2 if organised else 1.0))
+    level: Any = float(np.nanmedian(spread)) if noise is None else float(noise)
+    if organised:
+        level = level * flat[usable, 2] ** 2  # noise of the inverse depth is that of the depth over its square
+    elif noise is None:
+        level = _local_noise(flat[usable], spread[usable])
+    sigma[usable] = np.maximum(FINEST, level)
     links = _grid_links(p.shape[:2], usable) if organised else _cloud_links(flat, usable)
     minimum = max(20, int(min_share * usable.sum()))
     return _search(flat, n, sigma, noise is None, usable, links, p.shape[:-1], minimum, organised, rng)
@@ -106,6 +110,19 @@ def _normals(p: FloatArray, usable: NDArray[np.bool_], organised: bool) -> tuple
     found = cloud_normals(flat[usable], neighbours=min(20, int(usable.sum())))
     normals[usable], spread[usable] = found.normals, found.residual
     return normals, spread
+
+
+def _local_noise(points: FloatArray, spread: FloatArray) -> FloatArray:
+    """Return the noise (n,) about each point: of its surroundings' windows one that neither edge nor corner widens.
+
+    A scanner's noise grows with the distance, and what a cloud's points are the distances of is not known.
+    """
+    noise = np.empty(len(points))
+    tree = KDTree(points)
+    for rows in np.array_split(np.arange(len(points)), len(points) // 20_000 + 1):
+        near: Any = np.atleast_2d(tree.query(points[rows], min(SURROUNDINGS, len(points)))[1])
+        noise[rows] = np.nanquantile(spread[near], QUIET, axis=1)
+    return np.nan_to_num(noise, nan=float(np.nanmedian(spread)))
 
 
 def _grid_links(shape: tuple[int, ...], usable: NDArray[np.bool_]) -> IntArray:
