@@ -14,7 +14,7 @@ from scipy.spatial import KDTree
 from bingham.errors import InvalidArgumentError
 from bingham.surfaces.normals import cloud_normals, organised_normals
 from bingham.surfaces.plane_fit import WITHIN, Plane, fit_covariance, fit_plane, plane_of
-from bingham.surfaces.refinement import refined_planes
+from bingham.surfaces.refinement import divided_planes, refined_planes
 from bingham.surfaces.segmentation import fit_directions
 from bingham.validation import as_numbers
 
@@ -170,6 +170,11 @@ def _search(
         for k, parts in pieces.items():
             for rows in _of_one_plane(flat, sigma, parts, thetas[k], organised):
                 label[rows] = k
+    image = (shape[0], shape[1]) if organised else (1, 1)
+    if organised:
+        present = [k for k in range(len(thetas)) if np.any(label == k)]
+        label = np.append(np.searchsorted(present, np.arange(len(thetas))), -1)[label]
+        label, thetas = divided_planes(flat, sigma, label, [thetas[k] for k in present], links, image, minimum)
     counts = np.array([np.sum(label == k) for k in range(len(thetas))], dtype=np.int64)
     order = [k for k in np.argsort(-counts, kind="stable") if counts[k] >= minimum]
     final = np.full(len(flat), -1)
@@ -177,7 +182,7 @@ def _search(
         final[label == k] = place
     thetas = [thetas[k] for k in order]
     if organised:
-        found = refined_planes(flat, sigma, final, thetas, links, (shape[0], shape[1]))
+        found, _ = refined_planes(flat, sigma, final, thetas, links, image)
     else:
         clear = [_clear(flat, sigma, final == k, k, thetas, organised, minimum) for k in range(len(thetas))]
         found = [(fit_plane(flat[rows], sigma[rows], organised), rows) for rows in clear]

@@ -11,7 +11,7 @@ from scipy.ndimage import uniform_filter
 
 from bingham.surfaces.plane_fit import WITHIN, fit_plane
 
-__all__ = ["refined_planes"]
+__all__ = ["divided_planes", "refined_planes"]
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
@@ -22,6 +22,10 @@ ROUNDS = 8
 # The mean and the slopes of a neighbourhood's residuals may be so many of their standard deviations: more is a surface
 # of its own. Residuals count as so many at most: one far off is a stray point.
 UNEVEN, STRAY = 3.0, 6.0
+# A plane whose squares of residuals are so large in the mean may be two, which have this share of them, at most; where
+# it is divided at first, along its longer side.
+SUSPECT, DIVIDED = 1.8, 0.7
+SHARES = (0.2, 0.35, 0.5, 0.65, 0.8)
 # Points so many links from another plane's are not used.
 MARGIN = 2
 # A plane that would rest on fewer points rests on all that carry its label.
@@ -42,8 +46,9 @@ def refined_planes(
     planes: list[FloatArray],
     links: IntArray,
     shape: tuple[int, int],
-) -> list[tuple[FloatArray, BoolArray]]:
-    """Return (n, δ) (4,) of each plane of an image and which points (N,) it rests on.
+    regions: list[_Region] | None = None,
+) -> tuple[list[tuple[FloatArray, BoolArray]], IntArray]:
+    """Return (n, δ) (4,) of each plane of an image and which points (N,) it rests on; and each point's plane.
 
     A point that goes to the nearer of two planes by its own distance is chosen by its noise, and what is left of either
     plane along their edge bends it. Here the squares of the residuals of its neighbourhood decide, to which it adds
@@ -62,10 +67,13 @@ def refined_planes(
         Pairs of neighbours.
     shape : (H, W)
         Of the image.
+    regions : list, optional
+        Where the points of each plane may be: about those with its label unless given.
     """
     usable = np.isfinite(sigma)
-    regions = _regions(label.reshape(shape), len(planes))
+    regions = _regions(label.reshape(shape), len(planes)) if regions is None else regions
     found = [(plane, label == k) for k, plane in enumerate(planes)]
+    nearest = label
     for _ in range(ROUNDS):
         nearest, least = np.full(len(flat), -1), np.full(len(flat), np.inf)
         residuals: list[FloatArray] = []
@@ -92,7 +100,61 @@ def refined_planes(
             found.append((fit_plane(flat[rows], sigma[rows], organised=True), rows))
         if all(np.array_equal(rows, old) for (_, rows), (_, old) in zip(found, before, strict=True)):
             break
-    return found
+    return found, nearest
+
+
+def divided_planes(
+    flat: FloatArray,
+    sigma: FloatArray,
+    label: IntArray,
+    planes: list[FloatArray],
+    links: IntArray,
+    shape: tuple[int, int],
+    minimum: int,
+) -> tuple[IntArray, list[FloatArray]]:
+    """Return labels and planes with those apart that passed for one, as tops of two boxes of nearly one height do.
+
+    Two planes are fitted to the points of each, divided at first where neighbourhoods lie above and below the plane, or
+    across its longer side; they stay if they explain much more, the smaller one with ``minimum`` points only. Arguments
+    are those of `refined_planes`.
+    """
+    label, planes = label.copy(), list(planes)
+    for k, region in enumerate(_regions(label.reshape(shape), len(planes))):
+        at = region.points[label[region.points] == k]
+        r = np.zeros(len(flat))
+        r[at] = _residuals(flat[at], sigma[at], planes[k])
+        place = _places(flat[at]).T
+        along = (place - place.mean(axis=0)) @ np.linalg.eigh(np.cov(place.T))[1][:, -1]
+        only = np.where(label == k, sigma, np.inf)
+        whole = float(np.sum(r[at] ** 2))
+        if whole < SUSPECT * len(at):
+            continue
+        best = DIVIDED * whole
+        kept: tuple[IntArray, list[FloatArray]] | None = None
+        above = np.zeros(len(flat))
+        above[region.points] = region.total(r[region.points])
+        for first in (above[at] > 0.0, *(along > np.quantile(along, q) for q in SHARES)):
+            if min(first.sum(), len(at) - first.sum()) < FEWEST:
+                continue
+            parts = np.full(len(flat), -1)
+            parts[at] = first
+            fits = [fit_plane(flat[parts == j], sigma[parts == j], organised=True) for j in (0, 1)]
+            found, nearest = refined_planes(flat, only, parts, fits, links, shape, [region, region])
+            squares = [_residuals(flat[at], sigma[at], plane) ** 2 for plane, _ in found]
+            cost = float(np.sum(np.where(nearest[at] == 0, *squares)))
+            if cost < best:
+                best, kept = cost, (nearest[at], [plane for plane, _ in found])
+        if kept is None:
+            continue
+        of, two = kept
+        larger = int(np.sum(of == 1) > np.sum(of == 0))
+        planes[k] = two[larger]
+        other = at[of != larger]
+        label[other] = -1
+        if len(other) >= minimum:
+            label[other] = len(planes)
+            planes.append(two[1 - larger])
+    return label, planes
 
 
 def _even(flat: FloatArray, residual: FloatArray, rows: BoolArray, plane: FloatArray, region: _Region) -> BoolArray:
