@@ -67,10 +67,13 @@ def test_reported_covariances_cover_the_errors_of_near_and_distant_planes(monkey
     assert len(rows) > 10 and all(min(part[1]) >= 0.8 for part in parts)
     z = rows[:, 0] / rows[:, 1]
     assert np.sqrt(np.mean(z**2)) < 1.6 and np.abs(z).max() < 4.0
+
     # Negative control: with the points along edges in the fits they are not covered.
-    monkeypatch.setattr("bingham.surfaces.extraction.refined_planes", lambda flat, sigma, label, planes, *_: (
-        [(fit_plane(flat[label == k], sigma[label == k], organised=True), label == k) for k in range(len(planes))], label
-    ))  # fmt: skip
+    def unrefined(flat, sigma, label, planes, *_):
+        mine = [label == k for k in range(len(planes))]
+        return [(fit_plane(flat[rows], sigma[rows], organised=True), rows) for rows in mine], label
+
+    monkeypatch.setattr("bingham.surfaces.extraction.refined_planes", unrefined)
     rows = np.concatenate([errors_of_planes(seed)[0] for seed in seeds])
     assert np.sqrt(np.mean((rows[:, 0] / rows[:, 1]) ** 2)) > 1.3 * np.sqrt(np.mean(z**2))
 

@@ -26,6 +26,9 @@ UNEVEN, STRAY = 3.0, 6.0
 # it is divided at first, along its longer side.
 SUSPECT, DIVIDED = 1.8, 0.7
 SHARES = (0.2, 0.35, 0.5, 0.65, 0.8)
+# They are two surfaces if they are farther apart than this share of the depth (sensors bend a plane by up to 0.0065 of
+# it in the recorded images tried), and where they meet at least this share of what they are elsewhere.
+APART, STEP = 0.007, 0.5
 # Points so many links from another plane's are not used.
 MARGIN = 2
 # A plane that would rest on fewer points rests on all that carry its label.
@@ -144,7 +147,7 @@ def divided_planes(
             cost = float(np.sum(np.where(nearest[at] == 0, *squares)))
             if cost < best:
                 best, kept = cost, (nearest[at], [plane for plane, _ in found])
-        if kept is None:
+        if kept is None or not _stepped(flat, at, *kept, region):
             continue
         of, two = kept
         larger = int(np.sum(of == 1) > np.sum(of == 0))
@@ -155,6 +158,19 @@ def divided_planes(
             label[other] = len(planes)
             planes.append(two[1 - larger])
     return label, planes
+
+
+def _stepped(flat: FloatArray, at: IntArray, of: IntArray, two: list[FloatArray], region: _Region) -> bool:
+    """Whether the points (n,) of two planes lie on two surfaces: where the planes meet is where a bent one bends."""
+    offset = np.zeros(len(flat))
+    offset[at] = np.abs(np.subtract(*(flat[at] @ plane[:3] - plane[3] for plane in two)))
+    member = np.zeros((2, len(flat)))
+    member[of, at] = 1.0
+    beside = region.total(member[0][region.points]) * region.total(member[1][region.points]) > 0.5
+    border = np.intersect1d(region.points[beside], at)
+    depth = flat[at, 2]
+    apart = float(np.median(offset[at] / depth))
+    return apart > APART and (not len(border) or float(np.median(offset[border])) > STEP * float(np.median(offset[at])))
 
 
 def _even(flat: FloatArray, residual: FloatArray, rows: BoolArray, plane: FloatArray, region: _Region) -> BoolArray:
