@@ -90,8 +90,9 @@ def test_ply(tmp_path, form):
         "2\n1 2 3 -100 9 9 9\n4 5 6 -100 9 9 9\n",
         "intensity;x;y;z\n7;1;2;3\n7;4;5;6\n",
         "﻿x\ty\tz\n1\t2\t3\n4\t5\t6\n",
+        "\n\nX [m],Y [m],Z (m)\n1,2,3\n4,5,6\n",
     ],
-    ids=["comment", "cloudcompare", "pts", "semicolons", "mark"],
+    ids=["comment", "cloudcompare", "pts", "semicolons", "mark", "units"],
 )
 def test_text_with_names_colours_or_a_count(tmp_path, text):
     path = tmp_path / "cloud.txt"
@@ -107,8 +108,11 @@ def test_text_with_names_colours_or_a_count(tmp_path, text):
         ("a.pcd", pcd("binary_compressed")[:-1], "cut off"),
         ("a.pcd", pcd("binary").replace(b"rgb x", b"rgb w"), "no x, y, z among rgb w y z more"),
         ("a.pcd", pcd("binary").replace(b"DATA binary", b"DATA zip"), "DATA zip"),
+        ("a.pcd", pcd("binary").replace(b"WIDTH 5", b"WIDTH 4"), "POINTS 20, WIDTH 4, HEIGHT 4"),
+        ("a.ply", ply("ascii").replace(b"property uchar red", b"property list uchar int red"), "vertices with a list"),
+        ("a.ply", ply("ascii").replace(b"vertex 20", b"vertex -2"), "line 6"),
         ("a.pcd", pcd("binary").replace(b"SIZE 4", b"SIZE"), "do not go together"),
-        ("a.pcd", pcd("binary").replace(b"WIDTH 5", b"WIDTH 5000000000"), "GB of memory"),
+        ("a.pcd", pcd("binary").replace(b"WIDTH 5", b"WIDTH 5000000000").replace(b"POINTS 20\n", b""), "GB of memory"),
         ("a.ply", ply("binary_little_endian")[:-60], "cut off"),
         ("a.ply", ply("ascii").replace(b"vertex 20", b"vertex x"), "line 6"),
         ("a.ply", b"solid\n", "not a PLY file"),
@@ -130,6 +134,15 @@ def test_damaged_compression_is_an_error(tmp_path):
     path.write_bytes(content)
     with pytest.raises(RecordingError, match="damaged"):
         read_points(path)
+
+
+def test_older_headers_and_capitals_and_arrays_with_intensities(tmp_path):
+    (tmp_path / "a.pcd").write_bytes(pcd("binary").replace(b"WIDTH 5\nHEIGHT 4\n", b"").replace(b"FIELDS", b"COLUMNS"))
+    assert read_points(tmp_path / "a.pcd")["xyz"].shape == (20, 3)
+    (tmp_path / "a.ply").write_bytes(ply("ascii").replace(b"float x", b"float X"))
+    assert read_points(tmp_path / "a.ply")["xyz"].shape == (20, 3)
+    np.save(tmp_path / "a.npy", np.ones((60, 4)))
+    assert read_points(tmp_path / "a.npy")["xyz"].shape == (60, 3)
 
 
 def planes_of(path, *options):
@@ -154,13 +167,37 @@ def test_a_cloud_gives_the_same_planes_from_every_format(tmp_path):
     np.testing.assert_allclose(distances, [distances[0]] * 4, rtol=1e-6)
 
 
-def test_the_organised_cloud_of_a_scanner_is_taken_as_a_loose_one(tmp_path):
-    # Rings about a vertical axis in a square room: half of it lies below the scanner.
-    azimuth, elevation = np.meshgrid(np.radians(np.arange(0, 360, 2)), np.radians(np.arange(-15, 16, 1)))
+def scan(beams=24, height=1.2):
+    """Rings of a rotating scanner in a room of 8 × 6 × 3 m, dense along a ring, sparse across, noise 1 cm."""
+    azimuth, elevation = np.meshgrid(np.radians(np.arange(0, 360, 0.5)), np.radians(np.linspace(-45, 45, beams)))
     ray = np.stack([np.cos(elevation) * np.cos(azimuth), np.cos(elevation) * np.sin(azimuth), np.sin(elevation)], -1)
-    points = ray * (4.0 / np.abs(ray[..., :2]).max(axis=-1, keepdims=True))
-    np.savez(tmp_path / "scan.npz", xyz=points + np.random.default_rng(2).normal(0.0, 0.01, points.shape))
-    row, said = planes_of(tmp_path / "scan.npz")
+    with np.errstate(divide="ignore"):
+        reach = np.stack([4.0 / np.abs(ray[..., 0]), 3.0 / np.abs(ray[..., 1]),
+                          np.where(ray[..., 2] > 0, 3.0 - height, height) / np.abs(ray[..., 2])])  # fmt: skip
+    distance = reach.min(axis=0) + np.random.default_rng(2).normal(0.0, 0.01, azimuth.shape)
+    return ray * distance[..., None]
+
+
+def test_a_rotating_scanner_sees_floor_and_ceiling_too(tmp_path):
+    points = scan()
+    points[3, 5:60] = np.nan
+    np.savez(tmp_path / "scan.npz", points=points)
+    row, said = planes_of(tmp_path / "scan.npz", "-o", str(tmp_path / "out"))
     assert "taken as a loose cloud" in said
-    assert len(row["planes"]) >= 4
-    np.testing.assert_allclose([abs(p["distance_m"]) for p in row["planes"][:4]], 4.0, atol=0.05)
+    found = sorted([*(np.round(p["normal"]) + 0.0).tolist(), round(abs(p["distance_m"]), 1)] for p in row["planes"])
+    assert found == [[-1, 0, 0, 4.0], [0, -1, 0, 3.0], [0, 0, -1, 1.8], [0, 0, 1, 1.2], [0, 1, 0, 3.0], [1, 0, 0, 4.0]]
+    label = np.load(tmp_path / "out" / "scan.planes.npy")
+    assert label.shape == points.shape[:2] and (label[3, 5:60] == -1).all()
+    assert np.mean(label[np.isfinite(points[..., 0])] >= 0) > 0.9
+
+
+def test_points_of_a_map_in_which_the_floor_is_zero_and_of_one_in_millimetres(tmp_path):
+    rng = np.random.default_rng(3)
+    room = np.concatenate([np.insert(rng.uniform(0.0, 4.0, (1500, 2)), k, 0.0, axis=1) for k in range(3)])
+    room += rng.normal(0.0, 0.003, room.shape)
+    np.save(tmp_path / "map.npy", np.concatenate([room, room[:500]]))  # some twice
+    row, _ = planes_of(tmp_path / "map.npy")
+    assert len(row["planes"]) == 3
+    np.testing.assert_allclose([p["distance_m"] for p in row["planes"]], 0.0, atol=1e-3)
+    np.save(tmp_path / "mm.npy", 1e3 * room + 2000.0)
+    assert "millimetres --scale 0.001" in planes_of(tmp_path / "mm.npy")[1]

@@ -16,6 +16,7 @@ __all__ = ["register"]
 
 CAMERA = ("fx", "fy", "cx", "cy")
 FARTHEST = 1e6  # no sensor measures further, m
+MANY_METRES = 300.0  # usual coordinates of rooms, streets and scans in metres are smaller
 MOST_BEHIND = 0.02  # share of an image's points with z ≤ 0
 
 EXAMPLES = """
@@ -50,6 +51,9 @@ def planes(
     ),
     min_share: float = typer.Option(0.01, help="Planes with less of the points are left out."),
     seed: int = typer.Option(0, min=0, help="The same seed gives the same planes."),
+    max_size: float | None = typer.Option(
+        None, "--max-size", help="Bytes that a file may unfold to, if more than its size makes plausible."
+    ),
     output: Path | None = typer.Option(None, "--output", "-o", metavar="FOLDER", help="Figure and labels go there."),
     as_json: bool = typer.Option(False, "--json", help="Print one JSON object on standard output."),
 ) -> None:
@@ -62,14 +66,19 @@ def planes(
     from bingham.atomic import staged
     from bingham.cli.first_use import announce_compilation
     from bingham.cli.terminal import say
+    from bingham.io.bounds import bounded
     from bingham.surfaces.extraction import find_planes
 
-    points = _points(file, intrinsics, scale)
+    with bounded(max_size):
+        points = _points(file, intrinsics, scale)
+    shape, points = points.shape[:-1], _in_view(file, points)
     announce_compilation()
     try:
         found = find_planes(points, min_share=min_share, rng=seed)
     except InvalidArgumentError as error:
-        raise RecordingError(file, f"points {points.shape}", str(error)) from None
+        if error.argument != "points":
+            raise
+        raise RecordingError(file, "", f"{error.got} points", f"{error.expected} are needed") from None
     row: dict[str, Any] = {
         "file": file.name,
         "points": int(np.isfinite(points).all(axis=-1).sum()),
@@ -91,14 +100,15 @@ def planes(
     if output is not None:
         with staged(output) as folder:
             row["files"] = [str(output / name) for name in (f"{file.stem}.planes.npy", f"{file.stem}.planes.png")]
-            np.save(folder / f"{file.stem}.planes.npy", found.label)
+            np.save(folder / f"{file.stem}.planes.npy", found.label.reshape(shape))
             from bingham.plot.planes import plot_planes
 
             plot_planes(points, found).savefig(folder / f"{file.stem}.planes.png", dpi=150)
     if as_json:
         say(json.dumps(row, indent=2, ensure_ascii=False))
         return
-    lines = [f"{row['file']}: {row['points']} points, {100.0 * row['explained']:.0f} % on {len(found.planes)} planes"]
+    count, share = len(found.planes), 100.0 * row["explained"]
+    lines = [f"{row['file']}: {row['points']} points, {share:.0f} % on {count} plane{'s' if count != 1 else ''}"]
     lines.append(
         f"{'no.':>4} {'points':>8}  {'normal':<25} {'± °':>7}  {'distance, m':>11} {'± mm':>6}  {'rms, mm':>7}"
     )
@@ -122,13 +132,25 @@ def _points(file: Path, intrinsics: str | None, scale: float | None) -> Any:
         raise InvalidArgumentError("--scale", "metres of a unit, > 0", scale)
     fields = Fields(file, read_points(file))
     there = fields.content
-    for name, unit in (("xyz", 1.0), ("xyz_mm", 1e-3)):
+    for name, unit in (("xyz", 1.0), ("xyz_mm", 1e-3), ("points", 1.0)):
         if name in there:
             points = fields.as_numbers(name) * (unit if scale is None else scale)
             if points.ndim not in (2, 3) or points.shape[-1] != 3:
                 raise RecordingError(file, f"field {name}", f"of shape {points.shape}", "(H, W, 3) or (n, 3) is meant")
             points[~((points != 0.0).any(axis=-1) & (np.abs(points) < FARTHEST).all(axis=-1))] = np.nan
-            return _in_view(file, points)
+            if not np.isfinite(points).all(axis=-1).any():
+                raise RecordingError(
+                    file, f"field {name}", "no point that is finite, not 0 0 0 and nearer than 1e6 m",
+                    "far from the origin, as in a map's coordinates? Subtract an offset",
+                )  # fmt: skip
+            if scale is None and unit == 1.0 and np.nanmedian(np.abs(points)) > MANY_METRES:
+                usual = float(np.nanmedian(np.abs(points)))
+                warnings.warn(
+                    f"{file.name}: coordinates are usually {usual:.0f}: taken for metres; of millimetres --scale 0.001",
+                    RecordingWarning,
+                    stacklevel=2,
+                )
+            return points
     depth = next((name for name in ("depth_mm", "depth") if name in there), None)
     if depth is None:
         known = " ".join(there) or "none"
@@ -160,7 +182,7 @@ def _in_view(file: Path, points: Any) -> Any:
         RecordingWarning,
         stacklevel=2,
     )
-    return points[known]
+    return points.reshape(-1, 3)
 
 
 def _numbers(text: str) -> tuple[float, ...]:

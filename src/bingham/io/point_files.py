@@ -24,7 +24,7 @@ PCD_TYPES = {f"{t}{n}": f"<{t.lower()}{n}" for t, sizes in (("F", "48"), ("I", "
 PLY_TYPES = {
     "char": "i1", "uchar": "u1", "short": "i2", "ushort": "u2", "int": "i4", "uint": "u4", "float": "f4",
     "double": "f8", "int8": "i1", "uint8": "u1", "int16": "i2", "uint16": "u2", "int32": "i4", "uint32": "u4",
-    "float32": "f4", "float64": "f8",
+    "float32": "f4", "float64": "f8", "bool": "u1",
 }  # fmt: skip
 
 
@@ -35,8 +35,13 @@ def read_pcd(path: Path) -> FloatArray:
     """
     with path.open("rb") as file:
         header, kind = _pcd_header(path, file)
-        names = header.get("FIELDS", [])
+        names = header.get("FIELDS", header.get("COLUMNS", []))
+        if "WIDTH" not in header:  # older files say POINTS alone
+            header |= {"WIDTH": header.get("POINTS", []), "HEIGHT": ["1"]}
         width, height = (_count(path, header, name) for name in ("WIDTH", "HEIGHT"))
+        if "POINTS" in header and _count(path, header, "POINTS") != width * height:
+            said = f"POINTS {header['POINTS'][0]}, WIDTH {width}, HEIGHT {height}"
+            raise RecordingError(path, "header", said, "POINTS is WIDTH times HEIGHT")
         try:
             repeats = [int(c) for c in header.get("COUNT", ["1"] * len(names))]
             kinds = [PCD_TYPES[t + s] for t, s in zip(header["TYPE"], header["SIZE"], strict=True)]
@@ -161,9 +166,13 @@ def read_ply(path: Path) -> FloatArray:
                     pass
         else:
             raise _without_points(path, [element.name for element in elements])
-        names = [name for _, name in element.properties]
-        if not all(a in names for a in AXES) or lists:
+        names = [name.lower() for _, name in element.properties]
+        if not all(a in names for a in AXES):
             raise _without_points(path, names)
+        if lists:
+            raise RecordingError(
+                path, "header", f"vertices with a list, {lists[0]}", "numbers alone are read: leave it out"
+            )
         columns = [names.index(a) for a in AXES]
         check_size(path, "vertices", 8.0 * len(names) * element.rows)
         if not order:
@@ -196,6 +205,8 @@ def _ply_header(path: Path, file: BinaryIO) -> tuple[str, list[_Element]]:
             if words[0] == "format":
                 order = orders[words[1]]
             elif words[0] == "element":
+                if not words[2].isdecimal():
+                    raise ValueError
                 elements.append(_Element(words[1], int(words[2]), []))
             elif words[0] == "property":
                 kind = "" if words[1] == "list" else PLY_TYPES[words[1]]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -47,10 +48,12 @@ def read_points(path: str | Path) -> Mapping[str, NDArray[Any]]:
         return {"depth": _png(path)}
     if kind == ".npy":
         values = load_array(path)
-        return {"xyz" if values.ndim and values.shape[-1] == 3 else "depth": values}
-    values = _rows(path)
+        if values.ndim and values.shape[-1] == 3:
+            return {"xyz": values}
+    else:
+        values = _rows(path)
     # Points come with colours, normals, intensities; an image is wider.
-    few = 3 <= values.shape[1] <= MOST_COLUMNS
+    few = values.ndim == 2 and 3 <= values.shape[1] <= MOST_COLUMNS
     return {"xyz": values[:, :3]} if few else {"depth": values}
 
 
@@ -72,19 +75,23 @@ def _png(path: Path) -> NDArray[Any]:
         raw = np.asarray(image.imread(path), dtype=np.float64)
     except Exception as error:  # Pillow raises whatever it stumbles over
         raise damaged(path, "PNG file", error) from error
-    return np.round(raw * 65535.0).astype(np.int64)
+    depth = np.round(raw * 65535.0).astype(np.int64)
+    return np.where(depth == 65535, 0, depth)  # the largest number says that nothing was measured
 
 
 def _rows(path: Path) -> NDArray[np.float64]:
     """Return a table of numbers; of one whose first line names x, y and z these columns."""
     try:
         with path.open(encoding="utf-8-sig") as file:
-            lines = [line for line in (file.readline(LINE) for _ in range(FIRST_LINES)) if line.strip()]
-        delimiter = next((d for d in ",;\t" if lines and d in lines[-1]), None)
+            lines = [file.readline(LINE) for _ in range(FIRST_LINES)]
+        delimiter = next((d for d in ",;\t" if d in "".join(lines).strip().rsplit("\n", 1)[-1]), None)
         named, skipped = None, 0
         for line in lines:
             words = line.strip().lstrip("#/").strip().split(delimiter)
-            names = [word.strip(" \"'").lower() for word in words]
+            names = [re.sub(r"\s*[\[(].*", "", word.strip(" \"'")).lower() for word in words]
+            if not line.strip():
+                skipped += 1
+                continue
             if all(a in names for a in "xyz"):
                 named = [names.index(a) for a in "xyz"]
                 skipped += 1

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -16,7 +16,7 @@ from bingham.surfaces.normals import cloud_normals, organised_normals
 from bingham.surfaces.plane_fit import WITHIN, Plane, fit_covariance, fit_plane, plane_of
 from bingham.surfaces.refinement import divided_planes, refined_planes
 from bingham.surfaces.segmentation import fit_directions
-from bingham.validation import as_numbers
+from bingham.validation import as_numbers, check_number
 
 __all__ = ["Plane", "PlaneSegments", "find_planes"]
 
@@ -35,6 +35,12 @@ WIDEST = 1.6
 # Pieces of a plane may be off it by so many standard deviations, and by such a share of the depth.
 PIECE, BENT = 4.0, 0.003
 NEIGHBOURS = 12
+# Points of a loose cloud's window; they lie on a line if their second principal variance is less than this share of the
+# first, which a share of LINED may do. More points than MOST are thinned out, to no fewer than FEWEST; images are
+# NARROWEST pixels at least.
+WINDOW, ON_LINE, LINED, MOST, FEWEST, NARROWEST = 20, 0.15, 0.05, 60_000, 2000, 8
+# A normal that is so nearly across the line of sight (its cosine) may point either way by noise alone.
+EDGE_ON = 0.2
 # Windows about a point of a loose cloud, and the share of them with less noise than is taken.
 SURROUNDINGS, QUIET = 64, 0.3
 # Standard deviation of a point across its surface is not taken for less, m.
@@ -59,7 +65,8 @@ def find_planes(
 
     Normals get directions by a Bingham mixture with signs (`fit_directions`). Neighbours of one direction that are not
     offset along it are one surface: parallel planes are apart. Surfaces get planes by least squares, surfaces of one
-    plane are joined, planes gather the points near them; what is left is searched again.
+    plane are joined, planes gather the points near them; what is left is searched again. Of a loose cloud of more than
+    60 000 points, or whose points lie in lines as a rotating scanner's do, some are searched and all are labelled.
 
     Parameters
     ----------
@@ -79,16 +86,85 @@ def find_planes(
         raise InvalidArgumentError("points", "an organised cloud (H, W, 3) or a loose one (n, 3)", p.shape)
     if not 0.0 < min_share < 1.0:
         raise InvalidArgumentError("min_share", "a share in (0, 1)", min_share)
+    if noise is not None:
+        check_number(noise, "noise", "a standard deviation > 0", above=0.0)
+    flat, given = p.reshape(-1, 3), None
+    if normals is not None:
+        given = as_numbers(normals, "normals")
+        if given.shape != p.shape:
+            raise InvalidArgumentError("normals", f"a normal for each point, shape {p.shape}", given.shape)
+        given = given.reshape(-1, 3)
+    if p.ndim == 3 and min(p.shape[:2]) >= NARROWEST:
+        return _found(p, given, min_share, noise, rng)
+    rows = _searched(flat)
+    some = _found(flat[rows], None if given is None else given[rows], min_share, noise, rng)
+    if len(rows) == len(flat):
+        return PlaneSegments(some.planes, some.label.reshape(p.shape[:-1]))
+    return _of_all(flat, rows, some, p.shape[:-1])
+
+
+def _searched(flat: FloatArray) -> IntArray:
+    """Return the rows that planes are looked for in: all, or one in each cell of a grid.
+
+    A point given often counts once; of very many some suffice; and a rotating scanner's points lie so much closer along
+    its rings than across that the nearest ones are on a line and show no normal.
+    """
+    known = np.flatnonzero(np.isfinite(flat).all(axis=1))
+    rows: Any = known[np.sort(np.unique(flat[known], axis=0, return_index=True)[1])]
+    p = flat[rows]
+    if len(rows) <= MOST and not _on_lines(p):
+        return np.arange(len(flat)) if len(rows) == len(known) else rows
+    nearest: Any = KDTree(p).query(p[:: max(1, len(p) // 2000)], 2)[0]
+    size = 2.0 * float(np.median(nearest[:, 1]))
+    kept = rows
+    while len(kept) > MOST or _on_lines(flat[kept]):
+        cells = np.unique(np.floor((p - p.min(axis=0)) / size).astype(np.int64), axis=0, return_index=True)[1]
+        if len(cells) < FEWEST:
+            break
+        kept, size = rows[np.sort(cells)], 1.4 * size
+    return kept
+
+
+def _on_lines(p: FloatArray) -> bool:
+    """Whether the neighbours of many points lie on lines."""
+    if len(p) < 50:
+        return False
+    near: Any = KDTree(p).query(p[:: max(1, len(p) // 1000)], WINDOW)[1]
+    around = p[near] - p[near].mean(axis=1, keepdims=True)
+    values = np.linalg.eigvalsh(np.einsum("nki,nkj->nij", around, around))
+    return bool(np.mean(values[:, 1] < ON_LINE * values[:, 2]) > LINED)
+
+
+def _of_all(flat: FloatArray, rows: IntArray, some: PlaneSegments, shape: tuple[int, ...]) -> PlaneSegments:
+    """Return the planes found in some rows with the labels of all points near them."""
+    known = np.flatnonzero(np.isfinite(flat).all(axis=1))
+    nearest: Any = KDTree(flat[rows]).query(flat[known])[1]
+    theirs = some.label[nearest]
+    label = np.full(len(flat), -1)
+    planes: list[Plane] = []
+    for k, plane in enumerate(some.planes):
+        off = np.abs(flat[known] @ plane.normal - plane.distance)
+        mine = known[(theirs == k) | ((theirs < 0) & (off < WITHIN * plane.residual) & (label[known] < 0))]
+        mine = mine[np.abs(flat[mine] @ plane.normal - plane.distance) < 2.0 * WITHIN * max(plane.residual, FINEST)]
+        label[mine] = k
+        planes.append(replace(plane, count=len(mine)))
+    return PlaneSegments(planes, label.reshape(shape))
+
+
+def _found(
+    p: FloatArray, normals: FloatArray | None, min_share: float, noise: float | None, rng: Any
+) -> PlaneSegments:  # fmt: skip
+    """Search all of an organised or a loose cloud."""
     organised = p.ndim == 3
     flat = p.reshape(-1, 3)
     usable: Any = np.isfinite(flat).all(axis=1)
     if organised:
         usable = usable & (flat[:, 2] > 0.0)
     if usable.sum() < 50:
-        raise InvalidArgumentError("points", "at least 50 points", int(usable.sum()))
+        raise InvalidArgumentError("points", "at least 50 different points", int(usable.sum()))
     n, spread = _normals(p, usable, organised)
     if normals is not None:
-        n = as_numbers(normals, "normals").reshape(-1, 3)
+        n = normals
     sigma = np.full(len(flat), np.inf)
     level: Any = float(np.nanmedian(spread)) if noise is None else float(noise)
     if organised:
@@ -107,7 +183,7 @@ def _normals(p: FloatArray, usable: NDArray[np.bool_], organised: bool) -> tuple
         return found.normals.reshape(-1, 3), found.residual.ravel()
     flat = p.reshape(-1, 3)
     normals, spread = np.full(flat.shape, np.nan), np.full(len(flat), np.nan)
-    found = cloud_normals(flat[usable], neighbours=min(20, int(usable.sum())))
+    found = cloud_normals(flat[usable], neighbours=min(WINDOW, int(usable.sum())))
     normals[usable], spread[usable] = found.normals, found.residual
     return normals, spread
 
@@ -146,6 +222,9 @@ def _search(
     generator = np.random.default_rng(rng)
     thetas: list[FloatArray] = []
     label, first = np.full(len(flat), -1), sigma
+    safe = np.where(usable[:, None], flat, 0.0)
+    across = np.abs(np.sum(np.nan_to_num(normals) * safe, axis=1)) < EDGE_ON * np.linalg.norm(safe, axis=1)
+    either = across & (not organised)
     for _ in range(PASSES):
         left = usable & (label < 0) & np.isfinite(normals).all(axis=1)
         if left.sum() < minimum:
@@ -159,13 +238,13 @@ def _search(
         fitted = [fit_plane(flat[rows], sigma[rows], organised) for rows in fresh]
         thetas = _joined([*thetas, *fitted], flat, sigma, label, fresh)
         for _ in range(ROUNDS):
-            label = _gathered(flat, normals, sigma, usable, thetas)
+            label = _gathered(flat, normals, sigma, usable, thetas, either)
             kept = [k for k in range(len(thetas)) if np.sum(label == k) >= minimum]
             clear = [_clear(flat, sigma, label == k, k, thetas, organised, minimum) for k in kept]
             thetas = [fit_plane(flat[rows], sigma[rows], organised) for rows in clear]
             if estimated and thetas:
                 sigma = first * np.clip(_scale(flat, first, clear, thetas), 1.0, WIDEST)
-        pieces = _connected(_gathered(flat, normals, sigma, usable, thetas), links, minimum)
+        pieces = _connected(_gathered(flat, normals, sigma, usable, thetas, either), links, minimum)
         label = np.full(len(flat), -1)
         for k, parts in pieces.items():
             for rows in _of_one_plane(flat, sigma, parts, thetas[k], organised):
@@ -302,23 +381,25 @@ def _joined(
         same = False
         for other in kept:
             near = np.abs(flat[some] @ thetas[other][:3] - thetas[other][3]) < WITHIN * sigma[some] + 5.0 * FINEST
-            same |= bool(thetas[k][:3] @ thetas[other][:3] > np.cos(2.0 * ALIKE) and near.mean() > 0.7)
+            same |= bool(abs(thetas[k][:3] @ thetas[other][:3]) > np.cos(2.0 * ALIKE) and near.mean() > 0.7)
         if not same:
             kept.append(k)
     return [thetas[k] for k in kept]
 
 
 def _gathered(
-    flat: FloatArray, normals: FloatArray, sigma: FloatArray, usable: NDArray[np.bool_], thetas: list[FloatArray]
-) -> IntArray:
-    """Return the nearest plane of every point that has one near and a normal like it, else −1."""
+    flat: FloatArray, normals: FloatArray, sigma: FloatArray, usable: NDArray[np.bool_], thetas: list[FloatArray],
+    either: NDArray[np.bool_],
+) -> IntArray:  # fmt: skip
+    """Return the nearest plane of every point that has one near and a normal like it (or `either` way), else −1."""
     label, best = np.full(len(flat), -1), np.full(len(flat), WITHIN)
     safe = np.where(usable[:, None], flat, 0.0)
     scale = np.where(usable, sigma, 1.0)
     known: Any = np.isfinite(normals).all(axis=1)
     for k, plane in enumerate(thetas):
         distance = np.abs(safe @ plane[:3] - plane[3]) / scale
-        alike = ~known | (np.where(known[:, None], normals, 0.0) @ plane[:3] > np.cos(TURNED))
+        cosine = np.where(known[:, None], normals, 0.0) @ plane[:3]
+        alike = ~known | (np.where(either, np.abs(cosine), cosine) > np.cos(TURNED))
         # Without a normal (at edges) a point has to be closer.
         nearer = usable & alike & (distance < np.where(known, best, 0.5 * best))
         label[nearer], best[nearer] = k, distance[nearer]
