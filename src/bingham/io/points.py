@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -13,8 +12,12 @@ from numpy.typing import NDArray
 from bingham.errors import RecordingError
 from bingham.io.bounds import check_size
 from bingham.io.checks import damaged, existing
+from bingham.io.layout import find_layout
 from bingham.io.npz import Archive, load_array
 from bingham.io.point_files import read_pcd, read_ply
+from bingham.io.table import read_table
+from bingham.io.text import opened_text
+from bingham.io.units import bracketed
 
 __all__ = ["read_points"]
 
@@ -22,8 +25,6 @@ PNG_SIGNATURE = b"\x89PNG\r\n\x1a\n"
 CLOUDS = {".pcd": read_pcd, ".ply": read_ply}
 OTHER = (".las", ".laz", ".e57", ".obj", ".stl", ".off", ".glb", ".tif", ".tiff", ".exr")
 MOST_COLUMNS = 12
-# Where names of columns are looked for: lines, and characters of each.
-FIRST_LINES, LINE = 20, 4096
 
 
 def read_points(path: str | Path) -> Mapping[str, NDArray[Any]]:
@@ -48,13 +49,11 @@ def read_points(path: str | Path) -> Mapping[str, NDArray[Any]]:
         return {"depth": _png(path)}
     if kind == ".npy":
         values = load_array(path)
-        if values.ndim and values.shape[-1] == 3:
-            return {"xyz": values}
+        if values.ndim == 2 and 3 <= values.shape[1] <= MOST_COLUMNS:
+            values = values[:, :3]
     else:
         values = _rows(path)
-    # Points come with colours, normals, intensities; an image is wider.
-    few = values.ndim == 2 and 3 <= values.shape[1] <= MOST_COLUMNS
-    return {"xyz": values[:, :3]} if few else {"depth": values}
+    return {"xyz" if values.ndim and values.shape[-1] == 3 else "depth": values}
 
 
 def _png(path: Path) -> NDArray[Any]:
@@ -80,26 +79,12 @@ def _png(path: Path) -> NDArray[Any]:
 
 
 def _rows(path: Path) -> NDArray[np.float64]:
-    """Return a table of numbers; of one whose first line names x, y and z these columns."""
-    try:
-        with path.open(encoding="utf-8-sig") as file:
-            lines = [file.readline(LINE) for _ in range(FIRST_LINES)]
-        delimiter = next((d for d in ",;\t" if d in "".join(lines).strip().rsplit("\n", 1)[-1]), None)
-        named, skipped = None, 0
-        for line in lines:
-            words = line.strip().lstrip("#/").strip().split(delimiter)
-            names = [re.sub(r"\s*[\[(].*", "", word.strip(" \"'")).lower() for word in words]
-            if not line.strip():
-                skipped += 1
-                continue
-            if all(a in names for a in "xyz"):
-                named = [names.index(a) for a in "xyz"]
-                skipped += 1
-            elif line.lstrip().startswith(("#", "//")) or (len(words) == 1 and words[0].isdecimal()):
-                skipped += 1  # a comment; or, first, how many points follow
-            else:
-                break
-        return np.loadtxt(path, comments=["#", "//"], delimiter=delimiter, ndmin=2, usecols=named,
-                          skiprows=skipped, encoding="utf-8-sig")  # fmt: skip
-    except Exception as error:  # of coding too
-        raise damaged(path, "table of numbers", error, "x y z in each row") from error
+    """Return a table of numbers; of one with columns named x, y and z these, of a narrow one the first three."""
+    text = opened_text(path)
+    layout = find_layout(text)
+    names = [bracketed(name)[0].strip("#/ ").lower() for name in layout.names]
+    if all(a in names for a in "xyz"):
+        at = [names.index(a) for a in "xyz"]
+    else:  # points come with colours, normals, intensities; an image is wider
+        at = list(range(3 if 3 <= layout.width <= MOST_COLUMNS else layout.width))
+    return read_table(text, layout, at).matrix(at, [1.0] * len(at))
