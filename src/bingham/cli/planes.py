@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import json
 import math
-import warnings
 from pathlib import Path
 from typing import Any
 
 import typer
 
-from bingham.errors import InvalidArgumentError, RecordingError, RecordingWarning
+from bingham.cli.reading import PARAMETERS
+from bingham.errors import InvalidArgumentError, RecordingError
 
 __all__ = ["register"]
 
@@ -51,9 +51,7 @@ def planes(
     ),
     min_share: float = typer.Option(0.01, help="Planes with less of the points are left out."),
     seed: int = typer.Option(0, min=0, help="The same seed gives the same planes."),
-    max_size: float | None = typer.Option(
-        None, "--max-size", help="Bytes that a file may unfold to, if more than its size makes plausible."
-    ),
+    max_size: float | None = PARAMETERS["max_size"][1],
     output: Path | None = typer.Option(None, "--output", "-o", metavar="FOLDER", help="Figure and labels go there."),
     as_json: bool = typer.Option(False, "--json", help="Print one JSON object on standard output."),
 ) -> None:
@@ -123,13 +121,15 @@ def _points(file: Path, intrinsics: str | None, scale: float | None) -> Any:
     """Return points (H, W, 3) or (n, 3) in m, NaN without data."""
     import numpy as np
 
+    from bingham.io.checks import note
     from bingham.io.fields import Fields
     from bingham.io.points import read_points
     from bingham.surfaces.normals import back_project
+    from bingham.validation import check_number
 
     camera = None if intrinsics is None else _numbers(intrinsics)
-    if scale is not None and not (math.isfinite(scale) and scale > 0.0):
-        raise InvalidArgumentError("--scale", "metres of a unit, > 0", scale)
+    if scale is not None:
+        check_number(scale, "--scale", "metres of a unit, > 0", above=0.0)
     fields = Fields(file, read_points(file))
     there = fields.content
     for name, unit in (("xyz", 1.0), ("xyz_mm", 1e-3), ("points", 1.0)):
@@ -143,13 +143,9 @@ def _points(file: Path, intrinsics: str | None, scale: float | None) -> Any:
                     file, f"field {name}", "no point that is finite, not 0 0 0 and nearer than 1e6 m",
                     "far from the origin, as in a map's coordinates? Subtract an offset",
                 )  # fmt: skip
-            if scale is None and unit == 1.0 and np.nanmedian(np.abs(points)) > MANY_METRES:
-                usual = float(np.nanmedian(np.abs(points)))
-                warnings.warn(
-                    f"{file.name}: coordinates are usually {usual:.0f}: taken for metres; of millimetres --scale 0.001",
-                    RecordingWarning,
-                    stacklevel=2,
-                )
+            usual = float(np.nanmedian(np.abs(points)))
+            if scale is None and unit == 1.0 and usual > MANY_METRES:
+                note(file.name, f"coordinates are usually {usual:.0f}: taken for metres; of millimetres --scale 0.001")
             return points
     depth = next((name for name in ("depth_mm", "depth") if name in there), None)
     if depth is None:
@@ -172,16 +168,14 @@ def _in_view(file: Path, points: Any) -> Any:
     """Return the points as they are, or as a loose cloud if they are organised but not seen along z: a scanner's."""
     import numpy as np
 
+    from bingham.io.checks import note
+
     known = np.isfinite(points).all(axis=-1)
     behind = points[known][:, 2] <= 0.0
     if points.ndim == 2 or np.mean(behind) <= MOST_BEHIND:
         return points
-    warnings.warn(
-        f"{file.name}: {100.0 * np.mean(behind):.0f} % of the points have z ≤ 0, which no camera along z sees: "
-        "taken as a loose cloud",
-        RecordingWarning,
-        stacklevel=2,
-    )
+    share = 100.0 * np.mean(behind)
+    note(file.name, f"{share:.0f} % of the points have z ≤ 0, which no camera along z sees: taken as a loose cloud")
     return points.reshape(-1, 3)
 
 

@@ -91,13 +91,13 @@ def refined_planes(
         inner = ~_edges(nearest, links)
         before = found
         found = []
-        for k, (region, r, (plane, _)) in enumerate(zip(regions, residuals, before, strict=True)):
+        for k, (region, r) in enumerate(zip(regions, residuals, strict=True)):
             at = region.points
             mine = nearest[at] == k
             clear = mine & inner[at]
             mine = clear if 2 * clear.sum() > mine.sum() else mine
             rows = np.zeros(len(flat), dtype=bool)
-            rows[at] = _even(flat[at], r, mine, plane, region)
+            rows[at] = _even(flat[at], r, mine, region)
             if rows.sum() < FEWEST:
                 rows = label == k
             found.append((fit_plane(flat[rows], sigma[rows], organised=True), rows))
@@ -126,12 +126,12 @@ def divided_planes(
         at = region.points[label[region.points] == k]
         r = np.zeros(len(flat))
         r[at] = _residuals(flat[at], sigma[at], planes[k])
-        place = _places(flat[at]).T
-        along = (place - place.mean(axis=0)) @ np.linalg.eigh(np.cov(place.T))[1][:, -1]
-        only = np.where(label == k, sigma, np.inf)
         whole = float(np.sum(r[at] ** 2))
         if whole < SUSPECT * len(at):
             continue
+        place = _places(flat[at]).T
+        along = (place - place.mean(axis=0)) @ np.linalg.eigh(np.cov(place.T))[1][:, -1]
+        only = np.where(label == k, sigma, np.inf)
         best = DIVIDED * whole
         kept: tuple[IntArray, list[FloatArray]] | None = None
         above = np.zeros(len(flat))
@@ -173,7 +173,7 @@ def _stepped(flat: FloatArray, at: IntArray, of: IntArray, two: list[FloatArray]
     return apart > APART and (not len(border) or float(np.median(offset[border])) > STEP * float(np.median(offset[at])))
 
 
-def _even(flat: FloatArray, residual: FloatArray, rows: BoolArray, plane: FloatArray, region: _Region) -> BoolArray:
+def _even(flat: FloatArray, residual: FloatArray, rows: BoolArray, region: _Region) -> BoolArray:
     """Return those of the rows near the plane about which residuals have no mean and no slopes.
 
     Where all of a surface is uneven, its own unevenness is the deviation; where few rows are left, all count.
