@@ -143,6 +143,44 @@ def test_the_power_of_a_distribution_is_that_of_its_samples():
     assert np.abs(moment - p.moment()).max() > 5e-2
 
 
+def test_the_power_of_a_distribution_is_its_integral():
+    # The angle of v about a fixed axis, the mode's too, is a circular Bingham's: narrow about the other two axes, v^s
+    # is in that plane, and its moment is an integral over one angle.
+    plane = [-1e9, -1e9, -20.0]
+    p = near_identity(plane).rotate(left=from_rotation_vector([0.0, 0.0, 0.6]))
+    half = np.linspace(-0.5 * np.pi, 0.5 * np.pi, 20_001)[:-1]
+    weight = np.exp(plane[2] * np.sin(half - 0.3) ** 2)
+    for s in (0.3, 2.0):
+        exact = np.average(np.cos(2.0 * s * half), weights=weight)
+        found = power(p, s).moment()
+        assert abs(found[0, 0] - found[3, 3] - exact) < 3e-6
+        assert abs(p.moment()[0, 0] - p.moment()[3, 3] - exact) > 1e-2
+
+
+def test_the_power_does_not_depend_on_which_axes_stand_for_equal_concentrations():
+    for z in ((-3.0,) * 3, (-900.0,) * 3, (-900.0, -40.0, -40.0)):
+        powers = []
+        for angle in (0.0, 0.4, 1.1):
+            # About the first axis: it turns the second and the third, of equal z, and leaves the first and the mode.
+            axes = NEAR.copy()
+            axes[2:, 1:3] = [[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]]
+            p = Bingham.from_spectrum(np.array([*z, 0.0]), axes).rotate(left=from_rotation_vector([0.5, 0.2, -0.4]))
+            powers.append(power(p, 0.4).moment())
+        np.testing.assert_allclose(powers[1:], [powers[0]] * 2, rtol=0.0, atol=1e-13)
+
+
+def test_rounding_of_what_comes_in_stays_rounding():
+    # Equal concentrations and measurements without noise: the axes of the spin are rounding's choice.
+    f = SecondOrderBinghamFilter(near_identity((-3000.0,) * 3), near_identity((-300.0,) * 3))
+    start = SpinState(near_identity((-3.0,) * 3), near_identity((-1000.0,) * 3))
+    times = 0.1 * np.cumsum([1.0, 0.5] * 6)
+    measured = from_rotation_vector(times[:, None] * [2.0, -1.0, 3.0])
+    modes = f.run(start, measured, times=times).modes
+    for seed in range(4):
+        rounded = measured + 1.1e-16 * np.random.default_rng(seed).choice([-1.0, 1.0], measured.shape)
+        assert geodesic_error(f.run(start, rounded, times=times).modes, modes).max() < 1e-12
+
+
 def test_spin_is_found_at_irregular_times():
     rng = np.random.default_rng(4)
     rate = 6.0 * np.pi * np.array([0.6, 0.64, 0.48])
