@@ -106,6 +106,9 @@ def test_links_in_the_readme_lead_to_files():
     links = re.findall(r"\]\((?!https?:)([^)#]+)\)", (ROOT / "README.md").read_text(encoding="utf-8"))
     assert links
     assert [link for link in links if not (ROOT / link).exists()] == []
+    # What the site fills in is not there for a reader of the repository.
+    pages = [link for link in links if link.endswith((".rst", ".md"))]
+    assert pages and [link for link in pages if "{{" in (ROOT / link).read_text(encoding="utf-8")] == []
 
 
 def test_public_names_resolve_and_are_documented():

@@ -1,3 +1,4 @@
+import re
 import subprocess
 import sys
 
@@ -36,3 +37,21 @@ def test_help_loads_nothing_heavy():
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
     assert (done.returncode, done.stderr) == (0, "")
+
+
+@pytest.mark.parametrize(
+    ("command", "wrong", "meant"),
+    [
+        ("track", "--noise", {"--measurement-noise", "--process-noise"}),
+        ("track", "--mesurement-noise", {"--measurement-noise"}),
+        ("fit", "--colums", {"--columns"}),
+        ("fit", "--angles", {"--as"}),  # what the library calls it
+        ("fit", "--out", {"--output"}),
+        ("track", "--zzz", set()),
+    ],
+)
+def test_a_wrong_option_names_those_that_are_like_it_and_no_others(command, wrong, meant):
+    result = runner.invoke(app, [command, "a.csv", wrong, "1"], env={"COLUMNS": "200"})
+    assert result.exit_code == 2
+    said = next(line for line in result.stderr.splitlines() if "No such option" in line)
+    assert set(re.findall(r"--[a-z-]+", said)) - {wrong} == meant

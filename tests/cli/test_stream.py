@@ -52,6 +52,7 @@ def test_every_sample_is_answered_and_what_makes_no_sense_is_skipped_and_counted
     wrong += ["gyr 0.2 1_000 0 0", "gyr 0.2 \u0661 0 0", b"acc 0.2 \xff 0 0", "gyr 0.2 1e160 0 0", "gyr inf 0 0 0"]
     answers, said, follower = run([*lines[:30], "# comment", "", *wrong, *lines[30:]])
     assert (follower.used, follower.skipped) == (len(lines), len(wrong))
+    assert not any("skipped: line" in line for line in said)
     assert [line.split(" skipped")[0] for line in said] == [f"bingham: line {n}" for n in range(33, 33 + len(wrong))]
     assert answers[0]["orientation"] is None
     assert answers[0]["time"] == 0.0

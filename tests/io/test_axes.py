@@ -1,5 +1,7 @@
 """Axes without times: real files, and what is rejected."""
 
+import warnings
+
 import numpy as np
 import pytest
 
@@ -29,9 +31,43 @@ def test_real_quaternions_by_name_and_without_names(data):
     assert posture.values.shape[1] == 4
     with pytest.raises(RecordingError, match=r"line 1: names no known set.*columns=.*Q1 Q2 Q3 Q4"):
         read_axes(data / "drill" / "drill_subjects_1-4.csv")
-    with pytest.warns(RecordingWarning, match="normalised"):
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", RecordingWarning)  # four decimals, axes that scatter by 0.2 rad or more
         cube = read_axes(data / "riss_bingham_sim" / "cuboid_face_1_init.csv")
     np.testing.assert_allclose(cube.values[0], [0.8323, 0.0187, -0.2554, 0.4917], atol=1e-4)
+
+
+@pytest.mark.parametrize(("scatter", "decimals", "warned"), [(0.2, 5, False), (0.2, 3, False), (1e-3, 3, True)])
+def test_rounding_is_worth_a_warning_where_it_is_not_small_against_the_scatter(tmp_path, scatter, decimals, warned):
+    file = tmp_path / "a.csv"
+    x = [0.6, 0.48, 0.64] + scatter * np.random.default_rng(0).standard_normal((50, 3))
+    x /= np.linalg.norm(x, axis=1, keepdims=True)
+    np.savetxt(file, x, fmt=f"%.{decimals}f", delimiter=",", header="x,y,z", comments="")
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        values = read_axes(file).values
+    np.testing.assert_allclose(np.linalg.norm(values, axis=1), 1.0, atol=1e-15)
+    assert [("where rows scatter by 0.0" in str(w.message)) for w in caught] == [True] * warned
+
+
+def test_lengths_other_than_one_are_no_axes_and_the_way_out_is_named(tmp_path):
+    file = tmp_path / "a.csv"
+    file.write_text("x,y,z\n3,0,4\n0,2,0\n0,0,1\n")
+    with pytest.raises(
+        RecordingError, match=r"norm 5; unit norm.*: divide each row by its norm if lengths mean nothing"
+    ):
+        read_axes(file)
+
+
+@pytest.mark.parametrize("blank", [",,", " , , ", "nan,nan,nan", "\n", ""])
+def test_rows_of_nothing_are_no_names(tmp_path, blank):
+    file = tmp_path / "a.csv"
+    file.write_text(f"{blank}\n0.6,0.8,0\n0,0.6,0.8\n0.8,0,0.6\n")
+    axes = read_axes(file)
+    assert axes.columns == ("x1", "x2", "x3") and axes.values.shape == (3, 3)
+    file.write_text(f"{blank}\nx,y,z\n{blank}\n0.6,0.8,0\n0,0.6,0.8\n0.8,0,0.6\n")
+    axes = read_axes(file)
+    assert axes.columns == ("x", "y", "z") and axes.values.shape == (3, 3)
 
 
 def test_separators_and_planar_axes(tmp_path):

@@ -19,6 +19,7 @@ from bingham.io import (
     read_tum,
     write_track_npz,
 )
+from bingham.io.checks import jitter
 
 CSV = "t,gx,gy,gz,ax,ay,az,qw,qx,qy,qz\n0.0,1,2,3,0,0,9.8,1,0,0,0\n0.1,1,2,3,0,0,9.8,1,0,0,0\n"
 TUM = "# a comment\n0.0 1 2 3 0 0 0 1\n0.1 1 2 3 0 0 0 1\n"
@@ -130,12 +131,29 @@ def test_empty_binary_and_absent_files(tmp_path, read):
 
 def test_rounded_quaternions_are_normalised_with_a_warning(tmp_path):
     file = tmp_path / "file.txt"
-    file.write_text("0 1 2 3 0 0 0 1\n1 1 2 3 0.5 0.5 0.5 0.5005\n2 1 2 3 0.7071 0 0 0.7071\n")
+    file.write_text("0 1 2 3 0.5 0.5 0.5 0.5\n1 1 2 3 0.5 0.5 0.5 0.5005\n2 1 2 3 0.5 0.5 0.5 0.5\n")
     with pytest.warns(RecordingWarning, match=r"largest deviation from unit norm 0\.00025 at line 2, columns qw"):
         recording = read_tum(file)
     np.testing.assert_allclose(np.linalg.norm(recording.orientation, axis=1), 1, atol=1e-15)
     file.write_text("0 1 2 3 0 0 0 1.00201\n")
     rejected(read_tum, file, "line 1", "norm 1.00201")
+
+
+def test_rounding_far_below_the_jitter_is_not_worth_a_warning(tmp_path):
+    rng = np.random.default_rng(0)
+    half = 0.01 * np.arange(50)[:, None]  # a steady rotation about z, signs mixed, and jitter
+    q = np.hstack([0.0 * half, 0.0 * half, np.sin(half), np.cos(half)]) * rng.choice([-1.0, 1.0], (50, 1))
+    assert jitter(q) < 1e-4
+    noisy = q + 0.005 * rng.standard_normal((50, 4))
+    noisy /= np.linalg.norm(noisy, axis=1, keepdims=True)
+    assert jitter(noisy) == pytest.approx(0.005 * np.sqrt(3.0), rel=0.2)
+    file = tmp_path / "file.txt"
+    for rows, warned in ((noisy, False), (q, True)):
+        np.savetxt(file, np.hstack([np.arange(50)[:, None], np.zeros((50, 3)), rows]), fmt="%.4f")
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("always")
+            read_tum(file)
+        assert any("rounding matters" in str(w.message) for w in caught) == warned
 
 
 def broad():

@@ -14,7 +14,7 @@ from bingham.plot.sphere import project
 from bingham.plot.style import stride, unbroken
 from bingham.plot.track import _half_widths, _spread_of_angles, plot_track
 from bingham.plot.tuning import plot_profiles
-from bingham.rotations import from_rotation_vector, to_rotation, yaw_pitch_roll
+from bingham.rotations import canonical, from_rotation_vector, to_rotation, yaw_pitch_roll
 
 
 def test_equal_area_keeps_areas_and_directions():
@@ -238,10 +238,21 @@ def test_labels_of_modes_that_nearly_coincide_lie_apart():
     one, two = (t.get_window_extent() for t in figure.axes[1].texts if t.get_text() in ("1", "2"))
     assert not one.overlaps(two)
     assert {"+y", "+x", "−y", "−x"} <= {t.get_text() for t in figure.axes[1].texts}
-    assert "hemisphere −z" in figure.axes[1].get_title()
+    assert "hemisphere +z" in figure.axes[1].get_title()
 
 
 def test_axes_without_names_are_drawn_as_x_y_z():
     distribution = Bingham([-9.0, -3.0, 0.0], np.eye(3))
     axes = plot_fit(distribution.rvs(30, rng=1), distribution).axes[0]
-    assert "hemisphere −z" in axes.get_title()
+    assert "hemisphere +z" in axes.get_title()
+
+
+@pytest.mark.parametrize("mode", [[0.6, -0.2, 0.7], [0.6, -0.2, -0.7], [-0.6, 0.2, 0.7]])
+def test_the_hemisphere_is_that_of_the_printed_mode(mode):
+    distribution = Bingham.from_matrix(40.0 * np.outer(mode, mode))
+    axes = plot_fit(distribution.rvs(30, rng=1), distribution).axes[0]
+    x, y, z = canonical(distribution.mode)
+    assert f"hemisphere {'+' if z > 0.0 else '−'}z" in axes.get_title()
+    (star,) = (line for line in axes.lines if line.get_marker() == "*")
+    # x to the right, y up, where the printed mode is: from above.
+    np.testing.assert_allclose(star.get_xydata()[0], np.array([x, y]) / np.sqrt(1.0 + abs(z)), atol=1e-12)

@@ -16,6 +16,7 @@ from typer.core import TyperGroup
 
 from bingham import __version__, atomic
 from bingham.cli.ending import Terminated, ending_in_order
+from bingham.cli.suggestions import suggest
 from bingham.cli.terminal import discard_output, open_streams, say, say_error, unexpected
 from bingham.errors import BinghamError
 
@@ -60,7 +61,10 @@ class Commands(TyperGroup):
                 number = getattr(end, "number", 2)
                 say_error(f"{'interrupted' if number == 2 else 'terminated'}; {_written()}")
                 raise typer.Exit(128 + number) from None
-            except (typer.Exit, typer.Abort, WRONG_USE, OSError):
+            except WRONG_USE as error:
+                suggest(error)
+                raise
+            except (typer.Exit, typer.Abort, OSError):
                 raise
             except MemoryError:
                 say_error("not enough memory; give smaller recordings, or close other programs")

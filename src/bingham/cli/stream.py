@@ -255,4 +255,4 @@ def _line(time: float, q: list[float] | None, tilt: float, north: float, rest: b
 
 
 def _wrong(text: bytes, expected: str, hint: str = "") -> InvalidArgumentError:
-    return InvalidArgumentError("line", expected, repr(text[:60].decode("utf-8", "backslashreplace")), hint)
+    return InvalidArgumentError("", expected, repr(text[:60].decode("utf-8", "backslashreplace")), hint)

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from bingham.errors import InvalidArgumentError, RecordingError, Setting
 from bingham.io.angles import STEEP, AngleKind, angle_kind, recognised
 from bingham.io.careful import called
-from bingham.io.checks import normalised, repaired
+from bingham.io.checks import narrowest, normalised, repaired
 from bingham.io.field_notes import read_field_notes
 from bingham.io.layout import Layout, find_layout
 from bingham.io.table import read_table
@@ -75,7 +75,7 @@ def read_axes(path: str | Path, *, columns: Sequence[str] | None = None, angles:
     Warns
     -----
     RecordingWarning
-        If rounded rows were normalised (norm off by 1e-6 to 1e-3), naming the largest deviation.
+        If rows were normalised whose rounding is more than a tenth of their least scatter (`checks.narrowest`).
     RepairWarning
         If rows that hold no axis were left out, with their number.
 
@@ -129,7 +129,7 @@ def read_axes(path: str | Path, *, columns: Sequence[str] | None = None, angles:
     if not layout.names and len(at) == 2 and np.median(np.abs(rows).max(axis=1)) > LIKE_DEGREES:
         problem = "two columns without names that look like angles in degrees"
         raise RecordingError(path, f"line {layout.first}", problem, OF_WHAT)
-    return Axes(path.stem, names, normalised(path, "axes", rows, place))
+    return Axes(path.stem, names, normalised(path, "axes", rows, place, scatter=narrowest))
 
 
 def _notes(text: TextFile, columns: list[str] | None, kind: AngleKind | None, *, plain: bool) -> Axes | None:

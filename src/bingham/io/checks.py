@@ -37,6 +37,8 @@ __all__ = [
     "build_of_units",
     "check_seconds",
     "existing",
+    "jitter",
+    "narrowest",
     "normalised",
     "note",
     "optional_module",
@@ -56,6 +58,8 @@ QUATERNION_TOLERANCE = 2e-3  # four numbers cut off after three decimals
 # Deviations up to this are float32 rounding and not worth a warning; up to the next, float64 rounding.
 SINGLE_ROUNDING = 1e-6
 DOUBLE_ROUNDING = 1e-12
+# Nor are deviations up to this share of the scatter: they add its square, a hundredth, to the variance.
+HARMLESS = 0.1
 
 
 def note(of: str | Path, *said: str | Setting) -> None:
@@ -144,14 +148,21 @@ def damaged(path: Path, kind: str, error: Exception, hint: str = "copy or downlo
 
 
 def normalised(
-    path: Path, name: str, rows: NDArray[np.float64], place: Place, *, rounding: float = SINGLE_ROUNDING
+    path: Path,
+    name: str,
+    rows: NDArray[np.float64],
+    place: Place,
+    *,
+    rounding: float = SINGLE_ROUNDING,
+    scatter: Callable[[NDArray[np.float64]], float] | None = None,
 ) -> NDArray[np.float64]:
     """Return rows q/‖q‖ if |‖q‖ − 1| ≤ 2e-3; rows of NaN stay, rows exact to 1e-12 are left as they are.
 
     Warns
     -----
     RecordingWarning
-        If a deviation is beyond what the format's `rounding` explains, naming the largest.
+        If a deviation is beyond what the format's `rounding` explains and a tenth of the rows' `scatter` (unless told
+        `jitter`), naming the largest.
 
     Raises
     ------
@@ -170,12 +181,33 @@ def normalised(
             path,
             place(name, worst),
             f"norm {norm[worst]:.6g}",
-            f"unit norm within {QUATERNION_TOLERANCE:g} is expected: check the columns and their order",
+            f"unit norm within {QUATERNION_TOLERANCE:g} is expected: divide each row by its norm if lengths mean "
+            "nothing, otherwise check the columns and their order",
         )
+    rows = rows / norm[:, None]
     if largest > rounding:
-        where = place(name, worst)
-        note(path, f"rows normalised; largest deviation from unit norm {largest:.2g} at {where}")
-    return rows / norm[:, None]
+        spread = (scatter or jitter)(rows[np.isfinite(norm)])
+        if largest > HARMLESS * spread:
+            far = f"rows normalised; largest deviation from unit norm {largest:.2g} at {place(name, worst)}"
+            note(path, f"{far}, where rows scatter by {spread:.2g} rad: rounding matters, export more decimals")
+    return rows
+
+
+def jitter(rows: NDArray[np.float64]) -> float:
+    """Return the scatter of unit vectors (n, d) in time, signs aside, rad: the median second difference over √6.
+
+    Independent errors of variance σ² have second differences of variance 6σ², a steady motion has none.
+    """
+    if len(rows) < 3:
+        return 0.0
+    flips = np.where(np.einsum("ni,ni->n", rows[1:], rows[:-1]) < 0.0, -1.0, 1.0)
+    aligned = rows * np.concatenate([[1.0], np.cumprod(flips)])[:, None]
+    return float(np.median(np.linalg.norm(np.diff(aligned, 2, axis=0), axis=1)) / np.sqrt(6.0))
+
+
+def narrowest(rows: NDArray[np.float64]) -> float:
+    """Return the scatter of unit vectors (n, d) along the axis where they have least, rad: √ of the least moment."""
+    return float(np.sqrt(max(np.linalg.eigvalsh(rows.T @ rows / max(len(rows), 1))[0], 0.0)))
 
 
 def time_from_nanoseconds(stamps: NDArray[np.int64]) -> NDArray[np.float64]:

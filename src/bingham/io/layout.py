@@ -139,8 +139,10 @@ def _is_row(cells: list[str], separator: str | None) -> bool:
 
 
 def _table(lines: list[tuple[int, str]], separator: str | None, complete: bool) -> Layout | None:
-    body = [(k, line) for k, (_, line) in enumerate(lines) if not _is_comment(line)]
-    cells = [split_cells(line, separator) for _, line in body]
+    body = [(k, split_cells(line, separator)) for k, (_, line) in enumerate(lines) if not _is_comment(line)]
+    # Nothing but separators, or NaN, is neither a row to begin with nor names.
+    body = [(k, row) for k, row in body if any(cell.lower() not in NOTHING for cell in row)]
+    cells = [row for _, row in body]
     alike = [len(c) > (separator is not None) and _is_row(c, separator) for c in cells]
     widths = Counter(len(c) for c, good in zip(cells, alike, strict=True) if good)
     if not widths:

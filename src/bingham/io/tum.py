@@ -44,7 +44,7 @@ def read_tum(path: str | Path, *, regularise: bool = False) -> OrientationRecord
     Warns
     -----
     RecordingWarning
-        If rounded quaternions were normalised (norm off by 1e-6 to 1e-3), naming the largest deviation.
+        If quaternions were normalised whose rounding is more than a tenth of their scatter in time (`checks.jitter`).
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""A fit with its data: rose (d = 2), lower-hemisphere projection (d = 3), rotated axes on a sphere (d = 4)."""
+"""A fit with its data: rose (d = 2), projection of a hemisphere (d = 3), rotated axes on a sphere (d = 4)."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from bingham.distributions.bingham import Bingham
 from bingham.errors import InvalidArgumentError
 from bingham.plot.sphere import draw_axes_cloud, draw_sphere, project
 from bingham.plot.style import AXIS_COLOURS, INK, PALE, new_figure
-from bingham.rotations import rotate
+from bingham.rotations import canonical, rotate
 
 __all__ = ["draw_density_map", "equal_area", "plot_fit"]
 
@@ -68,16 +68,18 @@ def equal_area(v: FloatArray) -> FloatArray:
 
 
 def draw_density_map(
-    axes: Any, density: Callable[[FloatArray], FloatArray], names: tuple[str, ...]
+    axes: Any, density: Callable[[FloatArray], FloatArray], names: tuple[str, ...], mode: FloatArray
 ) -> tuple[FloatArray, str]:
     """Draw a density (n, 3) → (n,) on the map of `equal_area`, its edge and what lies there.
 
-    Returns the matrix (3, 3) that rotates vectors to the map's (n, e, d), and the name of the hemisphere: other frames
-    than the geographic one are drawn as seen from above, first component right, second up, third towards the reader.
+    Returns the matrix (3, 3) that takes vectors to the map's (n, e, d), and the name of the hemisphere: other frames
+    than the geographic one are drawn as seen from above, first component right, second up, third towards the reader,
+    on the side where the `mode` (3,) lies under the sign that it is printed with.
     """
     names = names if len(names) == 3 else ("x", "y", "z")
     geographic = names == ("n", "e", "d")
-    turn = np.eye(3) if geographic else np.array([[0.0, 1, 0], [1, 0, 0], [0, 0, -1]])
+    side = 1.0 if canonical(mode)[2] > 0.0 else -1.0
+    turn = np.eye(3) if geographic else np.array([[0.0, 1, 0], [1, 0, 0], [0, 0, side]])
     grid = np.linspace(-1, 1, 301)
     east, north = np.meshgrid(grid, grid)
     square = east**2 + north**2
@@ -94,12 +96,12 @@ def draw_density_map(
         tick = np.array([np.sin(k * np.pi / 2), np.cos(k * np.pi / 2)])
         axes.plot(*np.outer(tick, [1.0, 1.03]), color=INK, lw=1.0)
         axes.text(*(1.12 * tick), label, ha="center", va="center", color=INK)
-    return turn, "lower hemisphere" if geographic else f"hemisphere −{names[2]}"
+    return turn, "lower hemisphere" if geographic else f"hemisphere {'+' if side > 0.0 else '−'}{names[2]}"
 
 
 def _draw_hemisphere(figure: Any, x: FloatArray, distribution: Bingham, names: tuple[str, ...]) -> None:
     axes = figure.subplots()
-    turn, view = draw_density_map(axes, distribution.pdf, names)
+    turn, view = draw_density_map(axes, distribution.pdf, names, distribution.mode)
     axes.plot(*equal_area(x @ turn.T).T, "o", color=DATA, ms=3.5, alpha=0.6, mew=0, label=f"{len(x)} axes")
     pole, middle, mode = distribution.M.T @ turn.T
     edge = np.linspace(0.0, 2 * np.pi, 361)

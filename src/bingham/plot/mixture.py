@@ -102,7 +102,9 @@ def _draw_axes(figure: Any, x: FloatArray, label: Any, mixture: BinghamMixture, 
     shades = np.array([colour(int(k)) for k in np.concatenate([label, label])])
     left.scatter(u[front], v[front], s=4, c=shades[front], lw=0, alpha=0.6)
     left.set_title("seen from afar; shade: root of the density", fontsize=9)
-    turn, view = draw_density_map(right, lambda v: np.sqrt(mixture.pdf(v)), names)
+    turn, view = draw_density_map(
+        right, lambda v: np.sqrt(mixture.pdf(v)), names, mixture.components.mode[int(np.argmax(mixture.weights))]
+    )
     right.scatter(*equal_area(x @ turn.T).T, s=4, c=[colour(int(k)) for k in label], lw=0, alpha=0.6)
     stars = equal_area(mixture.components.mode @ turn.T)
     for k, (star, aside) in enumerate(zip(stars, _apart(stars), strict=True)):
