@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -13,9 +13,10 @@ from scipy.spatial import KDTree
 
 from bingham.errors import InvalidArgumentError
 from bingham.surfaces.normals import cloud_normals, organised_normals
-from bingham.surfaces.plane_fit import WITHIN, Plane, fit_covariance, fit_plane, plane_of
+from bingham.surfaces.plane_fit import FINEST, WITHIN, Plane, fit_covariance, fit_plane, plane_of
 from bingham.surfaces.refinement import divided_planes, refined_planes
 from bingham.surfaces.segmentation import fit_directions
+from bingham.surfaces.thinning import labels_of_all, searched_rows
 from bingham.validation import as_numbers, check_number
 
 __all__ = ["Plane", "PlaneSegments", "find_planes"]
@@ -35,16 +36,12 @@ WIDEST = 1.6
 # Pieces of a plane may be off it by so many standard deviations, and by such a share of the depth.
 PIECE, BENT = 4.0, 0.003
 NEIGHBOURS = 12
-# Points of a loose cloud's window; they lie on a line if their second principal variance is less than this share of the
-# first, which a share of LINED may do. More points than MOST are thinned out, to no fewer than FEWEST; images are
-# NARROWEST pixels at least.
-WINDOW, ON_LINE, LINED, MOST, FEWEST, NARROWEST = 20, 0.15, 0.05, 60_000, 2000, 8
+# Points of a loose cloud's window; images are NARROWEST pixels at least.
+WINDOW, NARROWEST = 20, 8
 # A normal that is so nearly across the line of sight (its cosine) may point either way by noise alone.
 EDGE_ON = 0.2
 # Windows about a point of a loose cloud, and the share of them with less noise than is taken.
 SURROUNDINGS, QUIET = 64, 0.3
-# Standard deviation of a point across its surface is not taken for less, m.
-FINEST = 1e-3
 # Directions of the scene that are looked for, and how often in what no plane has explained.
 DIRECTIONS, PASSES = range(2, 9), 3
 
@@ -96,59 +93,12 @@ def find_planes(
         given = given.reshape(-1, 3)
     if p.ndim == 3 and min(p.shape[:2]) >= NARROWEST:
         return _found(p, given, min_share, noise, rng)
-    rows = _searched(flat)
+    rows = searched_rows(flat)
     some = _found(flat[rows], None if given is None else given[rows], min_share, noise, rng)
-    if len(rows) == len(flat):
-        return PlaneSegments(some.planes, some.label.reshape(p.shape[:-1]))
-    return _of_all(flat, rows, some, p.shape[:-1])
-
-
-def _searched(flat: FloatArray) -> IntArray:
-    """Return the rows that planes are looked for in: all, or one in each cell of a grid.
-
-    A point given often counts once; of very many some suffice; and a rotating scanner's points lie so much closer along
-    its rings than across that the nearest ones are on a line and show no normal.
-    """
-    known = np.flatnonzero(np.isfinite(flat).all(axis=1))
-    rows: Any = known[np.sort(np.unique(flat[known], axis=0, return_index=True)[1])]
-    p = flat[rows]
-    if len(rows) <= MOST and not _on_lines(p):
-        return np.arange(len(flat)) if len(rows) == len(known) else rows
-    nearest: Any = KDTree(p).query(p[:: max(1, len(p) // 2000)], 2)[0]
-    size = 2.0 * float(np.median(nearest[:, 1]))
-    kept = rows
-    while len(kept) > MOST or _on_lines(flat[kept]):
-        cells = np.unique(np.floor((p - p.min(axis=0)) / size).astype(np.int64), axis=0, return_index=True)[1]
-        if len(cells) < FEWEST:
-            break
-        kept, size = rows[np.sort(cells)], 1.4 * size
-    return kept
-
-
-def _on_lines(p: FloatArray) -> bool:
-    """Whether the neighbours of many points lie on lines."""
-    if len(p) < 50:
-        return False
-    near: Any = KDTree(p).query(p[:: max(1, len(p) // 1000)], WINDOW)[1]
-    around = p[near] - p[near].mean(axis=1, keepdims=True)
-    values = np.linalg.eigvalsh(np.einsum("nki,nkj->nij", around, around))
-    return bool(np.mean(values[:, 1] < ON_LINE * values[:, 2]) > LINED)
-
-
-def _of_all(flat: FloatArray, rows: IntArray, some: PlaneSegments, shape: tuple[int, ...]) -> PlaneSegments:
-    """Return the planes found in some rows with the labels of all points near them."""
-    known = np.flatnonzero(np.isfinite(flat).all(axis=1))
-    nearest: Any = KDTree(flat[rows]).query(flat[known])[1]
-    theirs = some.label[nearest]
-    label = np.full(len(flat), -1)
-    planes: list[Plane] = []
-    for k, plane in enumerate(some.planes):
-        off = np.abs(flat[known] @ plane.normal - plane.distance)
-        mine = known[(theirs == k) | ((theirs < 0) & (off < WITHIN * plane.residual) & (label[known] < 0))]
-        mine = mine[np.abs(flat[mine] @ plane.normal - plane.distance) < 2.0 * WITHIN * max(plane.residual, FINEST)]
-        label[mine] = k
-        planes.append(replace(plane, count=len(mine)))
-    return PlaneSegments(planes, label.reshape(shape))
+    planes, label = some.planes, some.label
+    if len(rows) != len(flat):
+        planes, label = labels_of_all(flat, rows, planes, label)
+    return PlaneSegments(planes, label.reshape(p.shape[:-1]))
 
 
 def _found(

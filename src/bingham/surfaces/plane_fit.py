@@ -11,13 +11,15 @@ from numpy.typing import NDArray
 from bingham.rotations import compose, conjugate
 from bingham.surfaces.planes import as_group, make_plane
 
-__all__ = ["WITHIN", "Plane", "fit_covariance", "fit_plane", "plane_of"]
+__all__ = ["FINEST", "WITHIN", "Plane", "fit_covariance", "fit_plane", "plane_of"]
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
 # Points of a plane lie within so many standard deviations of it.
 WITHIN = 3.0
+# Standard deviation of a point across its surface is not taken for less, m.
+FINEST = 1e-3
 # Blocks along each side of a plane whose residuals are looked at together.
 BLOCKS = 8
 
