@@ -9,9 +9,9 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from bingham.surfaces import normals, planar_slam, plane_factors, planes, segmentation
+    from bingham.surfaces import extraction, normals, planar_slam, plane_factors, planes, segmentation
 
-__all__ = ["normals", "planar_slam", "plane_factors", "planes", "segmentation"]
+__all__ = ["extraction", "normals", "planar_slam", "plane_factors", "planes", "segmentation"]
 
 
 def __getattr__(name: str) -> Any:
