@@ -50,7 +50,9 @@ def planes(
         None, help="Metres of a unit; unless given, 0.001 for depth images of integers, else 1.", show_default=False
     ),
     min_share: float = typer.Option(0.01, help="Planes with less of the points are left out."),
-    seed: int = typer.Option(0, min=0, help="The same seed gives the same planes."),
+    seed: int = typer.Option(
+        0, min=0, help="Of the random starts in the search for directions; another one seldom changes the planes."
+    ),
     max_size: float | None = PARAMETERS["max_size"][1],
     output: Path | None = typer.Option(None, "--output", "-o", metavar="FOLDER", help="Figure and labels go there."),
     as_json: bool = typer.Option(False, "--json", help="Print one JSON object on standard output."),
