@@ -112,6 +112,42 @@ def test_the_noise_of_a_loose_cloud_is_that_of_each_place():
     assert abs(found.planes[wall].distance - truth) < 0.003
 
 
+def square(points, side, noise, rng):
+    """Points of a square at z = 0, with normal noise in every direction."""
+    p = np.column_stack([rng.uniform(-side / 2.0, side / 2.0, (points, 2)), np.zeros(points)])
+    return p + noise * rng.standard_normal(p.shape)
+
+
+@pytest.mark.parametrize(("points", "side", "noise"), [(3000, 2.0, 0.03), (1200, 0.6, 0.024)])
+def test_a_plane_whose_noise_is_as_wide_as_its_windows_is_one(points, side, noise):
+    # Twenty points of it lie in a disc of radius 9 and 4 cm, whose smallest axis is any: it lost points, or broke.
+    rng = np.random.default_rng(0)
+    floor, wall = (square(points, side, noise, rng) for _ in range(2))
+    floor += np.array([0.0, 0.0, 2.0])
+    wall = wall[:, [2, 1, 0]] + np.array([0.8 * side, 0.0, 2.0 - side])
+    found = find_planes(np.concatenate([floor, wall]), rng=0)
+    assert len(found.planes) == 2
+    for rows, distance in ((slice(points), 2.0), (slice(points, None), 0.8 * side)):
+        counts = np.bincount(found.label[rows] + 1, minlength=3)[1:]
+        assert counts.max() > 0.95 * points
+        plane = found.planes[int(np.argmax(counts))]
+        assert abs(-plane.distance - distance) < 4.0 * plane.distance_std
+        assert plane.residual == pytest.approx(noise, rel=0.1)
+
+
+def test_a_step_of_three_deviations_parts_two_planes():
+    rng = np.random.default_rng(0)
+    low, high = (square(1000, 2.0, 0.01, rng) + np.array([x, 0.0, z]) for x, z in ((-1.0, 2.0), (1.0, 2.03)))
+    found = find_planes(np.concatenate([low, high]), rng=0)
+    assert len(found.planes) == 2
+    for rows, distance in ((slice(1000), 2.0), (slice(1000, None), 2.03)):
+        counts = np.bincount(found.label[rows] + 1, minlength=3)[1:]
+        assert counts.max() > 0.97 * 1000
+        plane = found.planes[int(np.argmax(counts))]
+        assert abs(-plane.distance - distance) < 4.0 * plane.distance_std
+        assert plane.residual == pytest.approx(0.01, rel=0.1)
+
+
 def test_parallel_planes_are_apart_and_signs_are_kept():
     # A step of 25 cm, and two walls that face each other.
     scene = box([2.5, 0.0, 1.3], [6.0, 2.6, 2.6], inside=True)

@@ -12,11 +12,13 @@ from scipy.sparse.csgraph import connected_components
 from scipy.spatial import KDTree
 
 from bingham.errors import InvalidArgumentError
-from bingham.surfaces.normals import cloud_normals, organised_normals
+from bingham.surfaces.normals import organised_normals
 from bingham.surfaces.plane_fit import FINEST, WITHIN, Plane, fit_covariance, fit_plane, plane_of
 from bingham.surfaces.refinement import divided_planes, refined_planes
 from bingham.surfaces.segmentation import fit_directions
+from bingham.surfaces.steps import stepped_planes
 from bingham.surfaces.thinning import labels_of_all, searched_rows
+from bingham.surfaces.windows import fitted_windows
 from bingham.validation import as_numbers, check_number
 
 __all__ = ["Plane", "PlaneSegments", "find_planes"]
@@ -36,8 +38,14 @@ WIDEST = 1.6
 # Pieces of a plane may be off it by so many standard deviations, and by such a share of the depth.
 PIECE, BENT = 4.0, 0.003
 NEIGHBOURS = 12
-# Points of a loose cloud's window; images are NARROWEST pixels at least.
-WINDOW, NARROWEST = 20, 8
+# A window with so much more noise than there is about it lies over an edge, and its axis is no normal.
+UNEVEN = 2.0
+# A plane of a loose cloud has such a share of its points for itself.
+OWN = 0.5
+# Its points may have so much more noise than nine in ten of them have at most.
+NOISIER = 1.5
+# Images are so many pixels wide and high at least.
+NARROWEST = 8
 # A normal that is so nearly across the line of sight (its cosine) may point either way by noise alone.
 EDGE_ON = 0.2
 # Windows about a point of a loose cloud, and the share of them with less noise than is taken.
@@ -62,8 +70,9 @@ def find_planes(
 
     Normals get directions by a Bingham mixture with signs (`fit_directions`). Neighbours of one direction that are not
     offset along it are one surface: parallel planes are apart. Surfaces get planes by least squares, surfaces of one
-    plane are joined, planes gather the points near them; what is left is searched again. Of a loose cloud of more than
-    60 000 points, or whose points lie in lines as a rotating scanner's do, some are searched and all are labelled.
+    plane are joined, planes gather the points near them; what is left is searched again. A plane of a loose cloud that
+    others explain is none, and one whose neighbourhoods lie at two levels is two. Of a loose cloud of more than 60 000
+    points, or whose points lie in lines as a rotating scanner's do, some are searched and all are labelled.
 
     Parameters
     ----------
@@ -112,9 +121,9 @@ def _found(
         usable = usable & (flat[:, 2] > 0.0)
     if usable.sum() < 50:
         raise InvalidArgumentError("points", "at least 50 different points", int(usable.sum()))
-    n, spread = _normals(p, usable, organised)
+    n, closely, spread = _normals(p, usable, organised)
     if normals is not None:
-        n = normals
+        n, closely = normals, normals
     sigma = np.full(len(flat), np.inf)
     level: Any = float(np.nanmedian(spread)) if noise is None else float(noise)
     if organised:
@@ -122,20 +131,22 @@ def _found(
     elif noise is None:
         level = _local_noise(flat[usable], spread[usable])
     sigma[usable] = np.maximum(FINEST, level)
+    if not organised and normals is None and noise is None:
+        n = np.where((spread < UNEVEN * sigma)[:, None], n, np.nan)
     links = _grid_links(p.shape[:2], usable) if organised else _cloud_links(flat, usable)
     minimum = max(20, int(min_share * usable.sum()))
-    return _search(flat, n, sigma, noise is None, usable, links, p.shape[:-1], minimum, organised, rng)
+    return _search(flat, n, closely, sigma, noise is None, usable, links, p.shape[:-1], minimum, organised, rng)
 
 
-def _normals(p: FloatArray, usable: NDArray[np.bool_], organised: bool) -> tuple[FloatArray, FloatArray]:
+def _normals(p: FloatArray, usable: NDArray[np.bool_], organised: bool) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return normals (n, 3), those of the smallest windows (n, 3), and the residuals (n,) of the former."""
     if organised:
         found = organised_normals(p, radius=max(3, min(p.shape[:2]) // 80))
-        return found.normals.reshape(-1, 3), found.residual.ravel()
+        return found.normals.reshape(-1, 3), found.normals.reshape(-1, 3), found.residual.ravel()
     flat = p.reshape(-1, 3)
-    normals, spread = np.full(flat.shape, np.nan), np.full(len(flat), np.nan)
-    found = cloud_normals(flat[usable], neighbours=min(WINDOW, int(usable.sum())))
-    normals[usable], spread[usable] = found.normals, found.residual
-    return normals, spread
+    normals, closely, spread = np.full(flat.shape, np.nan), np.full(flat.shape, np.nan), np.full(len(flat), np.nan)
+    (normals[usable], spread[usable]), closely[usable] = fitted_windows(flat[usable])
+    return normals, closely, spread
 
 
 def _local_noise(points: FloatArray, spread: FloatArray) -> FloatArray:
@@ -166,8 +177,8 @@ def _cloud_links(flat: FloatArray, usable: NDArray[np.bool_]) -> IntArray:
 
 
 def _search(
-    flat: FloatArray, normals: FloatArray, sigma: FloatArray, estimated: bool, usable: NDArray[np.bool_],
-    links: IntArray, shape: tuple[int, ...], minimum: int, organised: bool, rng: Any,
+    flat: FloatArray, normals: FloatArray, closely: FloatArray, sigma: FloatArray, estimated: bool,
+    usable: NDArray[np.bool_], links: IntArray, shape: tuple[int, ...], minimum: int, organised: bool, rng: Any,
 ) -> PlaneSegments:  # fmt: skip
     generator = np.random.default_rng(rng)
     thetas: list[FloatArray] = []
@@ -175,7 +186,9 @@ def _search(
     safe = np.where(usable[:, None], flat, 0.0)
     across = np.abs(np.sum(np.nan_to_num(normals) * safe, axis=1)) < EDGE_ON * np.linalg.norm(safe, axis=1)
     either = across & (not organised)
-    for _ in range(PASSES):
+    for turn in range(PASSES):
+        if turn:
+            normals = np.where((label < 0)[:, None], closely, normals)
         left = usable & (label < 0) & np.isfinite(normals).all(axis=1)
         if left.sum() < minimum:
             break
@@ -190,6 +203,8 @@ def _search(
         for _ in range(ROUNDS):
             label = _gathered(flat, normals, sigma, usable, thetas, either)
             kept = [k for k in range(len(thetas)) if np.sum(label == k) >= minimum]
+            if not organised:
+                kept = _unexplained(flat, sigma, label, thetas, kept)
             clear = [_clear(flat, sigma, label == k, k, thetas, organised, minimum) for k in kept]
             thetas = [fit_plane(flat[rows], sigma[rows], organised) for rows in clear]
             if estimated and thetas:
@@ -204,6 +219,9 @@ def _search(
         present = [k for k in range(len(thetas)) if np.any(label == k)]
         label = np.append(np.searchsorted(present, np.arange(len(thetas))), -1)[label]
         label, thetas = divided_planes(flat, sigma, label, [thetas[k] for k in present], links, image, minimum)
+    else:
+        label = _without_strays(flat, sigma, label, thetas)
+        label, thetas = stepped_planes(flat, sigma, label, thetas, minimum)
     counts = np.array([np.sum(label == k) for k in range(len(thetas))], dtype=np.int64)
     order = [k for k in np.argsort(-counts, kind="stable") if counts[k] >= minimum]
     final = np.full(len(flat), -1)
@@ -335,6 +353,41 @@ def _joined(
         if not same:
             kept.append(k)
     return [thetas[k] for k in kept]
+
+
+def _without_strays(flat: FloatArray, sigma: FloatArray, label: IntArray, thetas: list[FloatArray]) -> IntArray:
+    """Return the labels without those of points that are near a plane only by a noise that is not the plane's.
+
+    Scattered points have windows as wide as they are scattered.
+    """
+    label = label.copy()
+    for k, plane in enumerate(thetas):
+        mine = np.flatnonzero(label == k)
+        if len(mine):
+            usual = NOISIER * np.quantile(sigma[mine], 0.9)
+            label[mine[np.abs(flat[mine] @ plane[:3] - plane[3]) > WITHIN * usual]] = -1
+    return label
+
+
+def _unexplained(
+    flat: FloatArray, sigma: FloatArray, label: IntArray, thetas: list[FloatArray], kept: list[int]
+) -> list[int]:
+    """Return those of the planes most of whose points no other plane explains.
+
+    The noise of a plane beyond what passes for its deviation, and the points along an edge of two, are no surfaces.
+    """
+    far: dict[int, dict[int, NDArray[np.bool_]]] = {}
+    for k in kept:
+        mine = label == k
+        far[k] = {j: np.abs(flat[mine] @ thetas[j][:3] - thetas[j][3]) > WITHIN * sigma[mine] for j in kept}
+    left = list(kept)
+    while len(left) > 1:
+        own = [np.logical_and.reduce([far[k][j] for j in left if j != k]).mean() for k in left]
+        least = int(np.argmin(own))
+        if own[least] >= OWN:
+            break
+        left.pop(least)
+    return left
 
 
 def _gathered(

@@ -11,7 +11,7 @@ from scipy.spatial import KDTree
 
 from bingham.errors import InvalidArgumentError
 
-__all__ = ["Normals", "back_project", "cloud_normals", "organised_normals"]
+__all__ = ["Normals", "back_project", "cloud_normals", "organised_normals", "window_axes"]
 
 FloatArray = NDArray[np.float64]
 
@@ -123,11 +123,18 @@ def cloud_normals(points: ArrayLike, *, neighbours: int = 20, viewpoint: ArrayLi
         raise InvalidArgumentError("points", "finite, shape (n, 3)", p.shape, "drop rows without data first")
     if not 3 <= neighbours <= len(p):
         raise InvalidArgumentError("neighbours", f"3 to n = {len(p)}", neighbours)
-    nearest = KDTree(p).query(p, neighbours)[1]
-    around = p[nearest]
-    around -= around.mean(axis=1, keepdims=True)
-    values, vectors = np.linalg.eigh(np.einsum("nki,nkj->nij", around, around) / neighbours)
-    normal = vectors[..., 0]
+    deviations, normal = window_axes(p, KDTree(p), p, neighbours)
     sight = np.asarray(viewpoint, dtype=np.float64) - p
     normal = np.where(np.sum(normal * sight, axis=1, keepdims=True) < 0.0, -normal, normal)
-    return Normals(normal, np.sqrt(np.maximum(values[:, 0], 0.0)))
+    return Normals(normal, deviations[:, 0])
+
+
+def window_axes(points: FloatArray, tree: KDTree, at: FloatArray, neighbours: int) -> tuple[FloatArray, FloatArray]:
+    """Return the deviations (m, 3), ascending, along the principal axes of the points nearest to each of ``at`` (m, 3).
+
+    And the unit axis (m, 3) of the smallest, of either sign.
+    """
+    around = points[tree.query(at, neighbours)[1]]
+    around -= around.mean(axis=1, keepdims=True)
+    values, vectors = np.linalg.eigh(np.einsum("nki,nkj->nij", around, around) / neighbours)
+    return np.sqrt(np.maximum(values, 0.0)), vectors[..., 0]
