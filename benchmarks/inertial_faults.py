@@ -76,15 +76,17 @@ def filtered(r: ImuRecording) -> dict[str, tuple[np.ndarray, np.ndarray | None]]
 
 
 def judged(r: ImuRecording, begin: int, end: int, q: np.ndarray, std: np.ndarray | None) -> tuple[float, float]:
-    """Return seconds until the inclination is back, and the share beyond three deviations."""
+    """Return seconds until the inclination is back (NaN if too little is scored), and the share beyond 3 deviations."""
     e = compose(q, conjugate(r.reference))
     error = 2.0 * np.arccos(np.clip(np.hypot(e[:, 0], e[:, 3]), 0.0, 1.0))
     near = r.scored & (r.time < r.time[end] + TOLD)
     after = np.flatnonzero(near & (np.arange(r.size) >= end))
     width = int(0.5 / np.median(np.diff(r.time)))
     good = error[after] <= np.radians(2.0)
-    steady = np.flatnonzero(np.convolve(good, np.ones(width), "valid") > width - 0.5)
-    back = 0.0 if good.all() else r.time[after[steady[0]]] - r.time[end] if len(steady) else TOLD
+    back = np.nan
+    if good.size >= width:
+        steady = np.flatnonzero(np.convolve(good, np.ones(width), "valid") > width - 0.5)
+        back = 0.0 if good.all() else r.time[after[steady[0]]] - r.time[end] if len(steady) else TOLD
     if std is None:
         return back, np.nan
     here = near & (np.arange(r.size) >= begin)
@@ -112,8 +114,9 @@ def main(count: int, paths: list[Path]) -> None:
         for name in ("VQF", "ImuFilter"):
             rows = np.array([row for (k, n), v in found.items() for row in v if n == name and kind in (k, "all")])
             back, beyond = rows.T
+            half, most = np.nanquantile(back, [0.5, 0.9])
             said = "" if name == "VQF" else f", beyond three deviations {100 * np.mean(beyond):.1f} %"
-            print(f"{kind:7} {name:10} back after {np.median(back):5.2f} s, 90 % {np.quantile(back, 0.9):5.2f} s{said}")
+            print(f"{kind:7} {name:10} back after {half:5.2f} s, 90 % {most:5.2f} s{said}")
 
 
 if __name__ == "__main__":
