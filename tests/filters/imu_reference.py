@@ -12,12 +12,10 @@ from bingham.kernels import imu_model as model
 UP, turn = np.array([0.0, 0.0, 1.0]), Rotation.from_rotvec
 THETA, VELOCITY, BIAS, FORCE_BIAS = slice(0, 3), slice(3, 5), slice(5, 8), slice(8, 11)
 VECTORS = "v b a mean_force swing slow_swing slow_turn"
+STARTED = "unknown_heading swing_power speed_power bias_scale"
 ZEROS = """drift_expected level_time surprise contradiction age quiet force_deviation rest_refused north up weight
     residual_mean residual_variance lost_bias resting rest_seen"""
-
-
-def skew(v):
-    return np.cross(np.eye(3), v)
+FALL, NO_HEADING = np.eye(11)[[1, 0]] * [[1.0], [-1.0]], np.where(np.arange(11) == 2, 0.0, 1.0)
 
 
 class Reference:
@@ -27,26 +25,25 @@ class Reference:
         self.q = Rotation.from_quat(start["orientation"], scalar_first=True)
         self.t, self.rate, self.slow_rate, self.force, self.slow_force = t, rate, rate, force, force
         self.force_t, self.last_field = t, np.zeros(3)
-        self.__dict__ |= {name: float(start[name]) for name in ("unknown_heading", "swing_power", "bias_scale")}
+        self.__dict__ |= {name: float(start[name]) for name in STARTED.split()}
         self.__dict__ |= dict.fromkeys(VECTORS.split(), np.zeros(3)) | dict.fromkeys(ZEROS.split(), 0.0)
-        self.turned, self.drift, self.noise, self.level = np.zeros((3, 3)), np.zeros(2), 1.0, 1.0
+        self.turned, self.drift, self.ending = np.zeros((3, 3)), np.zeros(2), np.zeros((2, 2))
+        self.noise = self.level = 1.0
         self.clear()
 
     def clear(self) -> None:
-        vectors = dict.fromkeys(("rotated", "raw", "impulse"), np.zeros(3))
         zeros = dict.fromkeys(("dt", "travel", "shake", "force_time"), 0.0)
-        self.sum = SimpleNamespace(**vectors, **zeros, C=np.zeros((3, 3)), field=[])
+        zeros |= dict.fromkeys(("rotated", "raw", "impulse"), np.zeros(3))
+        self.sum = SimpleNamespace(**zeros, C=np.zeros((3, 3)), field=[])
 
     def gyroscope(self, t, rate) -> None:
         dt, self.t, self.rate = t - self.t, t, rate
         self.age += dt
         gain = max(1.0 - np.exp(-dt / loop.QUIET_TIME), min(1.0, dt / self.age))
         self.slow_rate = self.slow_rate + gain * (rate - self.slow_rate)
-        still = np.sum((rate - self.slow_rate) ** 2) <= self.par.rest_rate**2
-        self.quiet = self.quiet + dt if still else 0.0
+        self.quiet = self.quiet + dt if np.sum((rate - self.slow_rate) ** 2) <= self.par.rest_rate**2 else 0.0
         self.resting = self.quiet >= self.par.rest_time and self.force_deviation <= self.par.rest_acceleration**2
-        s, w = self.sum, (rate - self.b) * dt
-        self.q = self.q * turn(w)
+        s, w, self.q = self.sum, (rate - self.b) * dt, self.q * turn((rate - self.b) * dt)
         s.dt, s.C, s.rotated = s.dt + dt, s.C + self.q.as_matrix() * dt, s.rotated + self.q.apply(w)
         s.raw, s.travel = s.raw + rate * dt, s.travel + np.linalg.norm(w)
 
@@ -81,8 +78,8 @@ class Reference:
             self.P[2, 2], self.unknown_heading = self.P[2, 2] + self.unknown_heading, 0.0
         F, Q = np.eye(11), np.zeros((11, 11))
         F[THETA, BIAS], F[VELOCITY, FORCE_BIAS] = -s.C, -s.C[:2]
-        F[VELOCITY, THETA] = -par.gravity * dt * skew(UP)[:2]
-        F[VELOCITY, BIAS] = (-skew(self.v) @ s.C + 0.5 * par.gravity * dt * skew(UP) @ s.C)[:2]
+        F[VELOCITY] += par.gravity * dt * FALL
+        F[VELOCITY, BIAS] = (np.cross(s.C, self.v, axis=0) + 0.5 * par.gravity * dt * np.cross(UP, s.C, axis=0))[:2]
         self.slow_turn = self.slow_turn + min(1.0, dt / model.SCALE_TIME) * (s.rotated / dt - self.slow_turn)
         net = 2.0 * model.SCALE_TIME * (self.slow_turn @ self.slow_turn) * dt + model.CORRELATION_TURN * s.travel
         theta = par.gyroscope_noise**2 * dt + par.gyroscope_scale_error**2 * net
@@ -99,9 +96,13 @@ class Reference:
             speed2 = self.speed_variance()
             ratio = 0.5 * np.sum(self.v[:2] ** 2 / (np.diag(self.P)[3:5] + speed2))
             self.contradiction += min(1.0, s.force_time / model.CONTRADICTION_TIME) * (ratio - self.contradiction)
-            variance = model.REST_SPEED**2 if at_rest else 2.0 * min(model.SWING_TIME, self.age) * speed2
-            for H, v in zip(np.eye(11)[VELOCITY], self.v[:2], strict=True):  # nothing about the heading
-                self.condition(H, -v, variance / s.force_time, np.where(np.arange(11) == 2, 0.0, 1.0))
+            variance = model.REST_SPEED**2 if at_rest else 2.0 * model.SWING_TIME * speed2
+            seen = [(np.eye(11)[VELOCITY], self.v, variance)]
+            if not at_rest:
+                seen.insert(0, (par.gravity * FALL, s.impulse / s.force_time, self.last2 / model.ACCELERATION_TIME))
+            for rows, values, variance in seen:
+                for H, value in zip(rows, values[:2], strict=True):
+                    self.condition(H, -value, variance / s.force_time, NO_HEADING)
         if at_rest:
             self.rest_seen = True
             for H, rate, b in zip(np.eye(11)[BIAS], s.raw / dt, self.b, strict=True):
@@ -114,6 +115,7 @@ class Reference:
         self.v = (self.v + np.cross(self.x[THETA], self.v) + [*self.x[VELOCITY], 0.0]) * [1.0, 1.0, 0.0]
         self.b = np.clip(self.b + self.x[BIAS], -model.MAXIMAL_BIAS, model.MAXIMAL_BIAS)
         self.a = np.clip(self.a + self.x[FORCE_BIAS], -model.MAXIMAL_FORCE_BIAS, model.MAXIMAL_FORCE_BIAS)
+        self.ending = self.P[:2, VELOCITY] @ np.linalg.inv(self.P[VELOCITY, VELOCITY] + self.last2 * np.eye(2))
         largest = np.abs(self.b).max()
         if not self.rest_seen and largest > model.BEYOND_PRIOR * self.bias_scale:
             self.lost_bias, self.bias_scale = self.lost_bias + largest**2 - self.bias_scale**2, largest
@@ -138,22 +140,23 @@ class Reference:
         self.swing = self.swing + (force - self.mean_force) * dt - gain * self.swing
         self.slow_swing = self.slow_swing + min(1.0, dt / model.SWING_TIME) * (self.swing - self.slow_swing)
         if self.P[0, 0] + self.P[1, 1] < model.DOUBTFUL_TILT:
-            power = min(self.slow_swing @ self.slow_swing / 3.0, model.MAXIMAL_SPEED**2)
-            self.swing_power += gain * (power - self.swing_power)
+            for name, v in (("swing_power", self.slow_swing), ("speed_power", self.swing)):
+                power = min(v @ v / 3.0, model.MAXIMAL_SPEED**2)
+                self.__dict__[name] += gain * (power - self.__dict__[name])
+        self.last2 = 2.0 * (self.speed_power + self.par.slow_velocity**2)
         return self.swing_power + self.par.slow_velocity**2
 
     def watch(self, before, dt) -> None:
         leak, tilt = np.exp(-dt / model.DRIFT_TIME), before[0, 0] + before[1, 1]
         self.drift = leak * self.drift + self.x[:2] / np.sqrt(tilt)
-        gained = max(1.0 - (self.P[0, 0] + self.P[1, 1]) / tilt, 1e-9)
-        self.drift_expected = leak**2 * self.drift_expected + gained
+        self.drift_expected *= leak**2
+        self.drift_expected += max(1.0 - (self.P[0, 0] + self.P[1, 1]) / tilt, 1e-9)
         if not self.resting:
             ratio = self.drift @ self.drift / self.drift_expected
-            most = min(ratio, model.MAXIMAL_RATIO)
+            self.surprise, most = ratio, min(ratio, model.MAXIMAL_RATIO)
             self.noise = np.clip(self.noise * np.exp(dt / model.ADAPT_TIME * (most - 1.0)), 1.0, model.MAXIMAL_NOISE)
             self.level_time = min(max(self.level_time, 5.0) + dt, model.LEVEL_TIME)
             self.level += dt / self.level_time * (most - self.level)
-            self.surprise = ratio
 
     def heading(self, field, dt) -> None:
         par, (east, north, up) = self.par, field
@@ -167,8 +170,8 @@ class Reference:
         self.weight += dt * weight
         rate = max(dt / par.field_memory, dt / max(self.weight, dt)) * weight
         self.north, self.up = self.north + rate * (horizontal - self.north), self.up + rate * (up - self.up)
-        bearing, H = np.arctan2(east, north), np.zeros(11)
-        H[THETA] = [-up / horizontal * np.sin(bearing), -up / horizontal * np.cos(bearing), 1.0]
+        bearing = np.arctan2(east, north)
+        H = np.array([-up / horizontal * np.sin(bearing), -up / horizontal * np.cos(bearing), 1.0, *np.zeros(8)])
         residual = bearing - par.declination - H @ self.x
         residual -= 2.0 * np.pi * np.floor(residual / (2.0 * np.pi) + 0.5)
         predicted = H @ self.P @ H
@@ -177,24 +180,21 @@ class Reference:
             gain, change = min(1.0, dt / model.RESIDUAL_TIME), residual - self.residual_mean
             self.residual_mean += gain * change
             self.residual_variance = (1.0 - gain) * (self.residual_variance + gain * change**2)
-            share = model.RESIDUAL_SHARE * self.residual_variance
-            lasts = model.REST_LASTS if self.resting else 1.0
-            variance = (variance * lasts + share) * par.magnetometer_time * 2.0 / dt
+            variance = variance * (model.REST_LASTS if self.resting else 1.0)
+            variance = 2.0 * par.magnetometer_time / dt * (variance + model.RESIDUAL_SHARE * self.residual_variance)
         concentration = 0.5 / np.sinh(0.5 * min(predicted, 40.0))
         move = np.arctan2(np.sin(residual), concentration * variance + np.cos(residual))
-        moves = np.isin(np.arange(11), [2, 5, 6, 7]).astype(float)
+        moves = 1.0 * np.isin(np.arange(11), [2, 5, 6, 7])
         self.condition(H, move * (predicted + variance) / predicted + H @ self.x, variance, moves)
 
     def report(self):
         par, w = self.par, self.rate - self.b
-        q = self.q * turn(w * par.gyroscope_delay)
+        q = Rotation.from_quat([*(-0.5 * self.ending @ self.v[:2]), 0.0, 1.0]) * self.q * turn(w * par.gyroscope_delay)
         lag = loop.DELAY_SHARE * par.gyroscope_delay * q.apply(w)
-        tilted = par.alignment_error**2 * (self.force @ self.force) / par.gravity**2
-        extra = np.outer(lag, lag) + tilted * np.diag([1.0, 1.0, 0.0])
-        drift = par.gyroscope_scale_error**2 * np.sum(self.turned**2) * (self.unknown_heading > 0.0)
-        north = (loop.NORTH_SHARE * par.magnetometer_error) ** 2 * (self.weight > 0.0)
-        north += self.residual_mean**2 + model.RESIDUAL_SHARE * self.residual_variance
-        extra[2, 2] += self.unknown_heading + drift + north
-        level = max(self.level, loop.LEVEL_FLOOR, min(self.surprise, loop.MAXIMAL_SURPRISE))
-        scale = np.sqrt([level, level, 1.0])
+        tilted2 = np.sum((par.alignment_error * self.force / par.gravity) ** 2)
+        extra = np.outer(lag, lag) + np.diag([tilted2, tilted2, 0.0])
+        extra[2, 2] += self.unknown_heading + self.residual_mean**2 + model.RESIDUAL_SHARE * self.residual_variance
+        extra[2, 2] += par.gyroscope_scale_error**2 * np.sum(self.turned**2) * (self.unknown_heading > 0.0)
+        extra[2, 2] += (loop.NORTH_SHARE * par.magnetometer_error) ** 2 * (self.weight > 0.0)
+        scale = np.sqrt([max(self.level, loop.LEVEL_FLOOR, min(self.surprise, loop.MAXIMAL_SURPRISE))] * 2 + [1.0])
         return q.as_quat(scalar_first=True), scale[:, None] * self.P[:3, :3] * scale + extra

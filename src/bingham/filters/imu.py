@@ -202,10 +202,11 @@ class ImuFilter:
         seen = _least_turn(Bingham.from_spectrum(z - z[-1], frame))
         state = self.blank()
         record = state.record
-        record["phase"], record["orientation"], record["swing_power"] = -1, seen.mode, swing2
+        record["phase"], record["orientation"] = -1, seen.mode
+        record["swing_power"] = record["speed_power"] = swing2
         p = record["covariance"]
         p[:3, :3] = covariance_of_distribution(seen)
-        p[SPEEDS, SPEEDS] = swing2
+        p[SPEEDS, SPEEDS] = 2.0 * swing2
         # What is not known of the heading whatever the tilt: nothing but a sensor of the heading will change it.
         apart = p[2, 2] - p[2, :2] @ np.linalg.solve(p[:2, :2], p[:2, 2])
         record["unknown_heading"] = apart
@@ -315,7 +316,9 @@ class ImuFilter:
                 state.record["unknown_heading"] = 0.0
         before = state.faults
         n = recording.size
-        updates = min(n, 1 + math.ceil(recording.duration_s / self.update_interval)) + 2 * len(seen) if smooth else 0
+        updates = (
+            min(n, 2 + math.ceil(recording.duration_s / self.update_interval)) + 2 * len(seen) + 1 if smooth else 0
+        )
         kept, out = np.zeros(updates, dtype=UPDATE), Estimates.blank(n, smooth=smooth)
         count = run_kernel(
             state.record,

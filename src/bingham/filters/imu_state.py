@@ -98,7 +98,7 @@ class ImuState:
 
     def begin(self, seen: ImuState) -> None:
         """Take over what the first sample shows (`ImuFilter.start`, `start_seen`), in place."""
-        for name in ("orientation", "phase", "swing_power", "covariance", "unknown_heading"):
+        for name in ("orientation", "phase", "swing_power", "speed_power", "covariance", "unknown_heading"):
             self.values[name] = seen.values[name]
 
     def to_json(self) -> str:

@@ -51,7 +51,7 @@ def take_orientation(state, parameters, work, t, q, covariance):
 @compiled()
 def read(state, parameters, q, covariance):
     """Write orientation q (4,) and its covariance (3, 3), world axes, now."""
-    readout(state[0], parameters[0], q, covariance, np.empty((3, 3)))
+    readout(state[0], parameters[0], q, covariance, np.empty((3, 3)), True)
 
 
 @compiled()

@@ -23,8 +23,11 @@ from bingham.kernels.imu_model import (
     RESIDUAL_SHARE,
     SIZE,
     UNKNOWN,
+    VELOCITY,
     begin,
+    condition,
     copy,
+    last_variance,
     rotation_matrix,
     update,
 )
@@ -68,7 +71,7 @@ SEEN = np.dtype([
     ("evidence", "f8"),
 ], align=True)  # fmt: skip
 UPDATE = np.dtype([
-    ("index", "i8"), ("restart", "i8"), ("error", "f8", SIZE), ("F", "f8", (SIZE, SIZE)),
+    ("index", "i8"), ("restart", "i8"), ("level", "f8"), ("error", "f8", SIZE), ("F", "f8", (SIZE, SIZE)),
     ("predicted", "f8", (SIZE, SIZE)), ("filtered", "f8", (SIZE, SIZE)),
 ], align=True)  # fmt: skip
 
@@ -422,10 +425,18 @@ def magnetize(s, t, x, y, z):
     return PENDING
 
 
+@compiled(inline=True)
+def told_level(s):
+    """By how much the reported variances of the tilt are those of the filter: what its corrections say of them."""
+    return max(s.level, LEVEL_FLOOR, min(s.surprise, MAXIMAL_SURPRISE))
+
+
 @compiled(inner=True)
-def readout(s, par, q, c, extra):
+def readout(s, par, q, c, extra, last):
     """Write orientation q (4,) and its covariance c (3, 3), world axes, now; extra (3, 3) is what no sample reveals.
 
+    Where nothing later is known (`last`), the present velocity shows the tilt, too (`ending`). No variance is claimed
+    for that.
     The gyroscope's samples lag behind the motion by a delay, of which a share σ is unknown: σ² ωωᵀ. The mounting gives
     under the force: alignment_error² (|f|/g)². Where nothing shows the heading, constant errors of scale and axes, each
     with the standard deviation gyroscope_scale_error, add up over the turns since the start. A field that has set the
@@ -435,6 +446,11 @@ def readout(s, par, q, c, extra):
     x, y, z = s.rate[0] - s.bias[0], s.rate[1] - s.bias[1], s.rate[2] - s.bias[2]
     a, b, e, d = from_rotation_vector(x * lead, y * lead, z * lead)
     q[0], q[1], q[2], q[3] = product(o[0], o[1], o[2], o[3], a, b, e, d)
+    if last:
+        k, v = s.ending, s.velocity
+        b, e = -0.5 * (k[0, 0] * v[0] + k[0, 1] * v[1]), -0.5 * (k[1, 0] * v[0] + k[1, 1] * v[1])
+        n = 1.0 / math.sqrt(1.0 + b * b + e * e)  # (1, r/2) is Exp(r) but for terms of r³
+        q[0], q[1], q[2], q[3] = product(n, n * b, n * e, 0.0, q[0], q[1], q[2], q[3])
     tx, ty, tz = 2.0 * (q[2] * z - q[3] * y), 2.0 * (q[3] * x - q[1] * z), 2.0 * (q[1] * y - q[2] * x)
     lag = DELAY_SHARE * lead
     x, y, z = (
@@ -456,7 +472,7 @@ def readout(s, par, q, c, extra):
     if s.field_weight > 0.0:
         extra[2, 2] += (NORTH_SHARE * par.magnetometer_error) ** 2
         extra[2, 2] += s.residual_mean**2 + RESIDUAL_SHARE * s.residual_variance
-    root = math.sqrt(max(s.level, LEVEL_FLOOR, min(s.surprise, MAXIMAL_SURPRISE)))
+    root = math.sqrt(told_level(s))
     for i in range(3):
         for j in range(3):
             factor = (root if i < 2 else 1.0) * (root if j < 2 else 1.0)
@@ -479,12 +495,32 @@ def report(s, w, row, begin, out, waiting, orientations, kept, count, restart):
         z.code, z.nis, z.evidence = s.seen_code, s.seen_nis, s.seen_evidence
     if kept.size > 0:
         u = kept[count]
-        u.index, u.restart = row, restart
+        u.index, u.restart, u.level = row, restart, told_level(s)
         for k in range(SIZE):
             u.error[k] = w.error[k]
         copy(u.F, w.F)
         copy(u.predicted, w.predicted)
         copy(u.filtered, s.covariance)
+
+
+@compiled(inner=True)
+def finish(s, par, w, row, kept, count):
+    """Keep the end as one more update, in which the last velocity is 0 ± √2 σ (`imu_model.ending`)."""
+    u, h, x = kept[count], w.h, w.error
+    u.index, u.restart, u.level = row, -1, told_level(s)
+    copy(u.predicted, s.covariance)
+    copy(u.filtered, s.covariance)
+    for i in range(SIZE):
+        x[i] = h[i] = 0.0
+        w.moves[i] = 1.0 if i != 2 else 0.0
+        for j in range(SIZE):
+            u.F[i, j] = 1.0 if i == j else 0.0
+    for i in range(2):
+        h[VELOCITY + i] = 1.0
+        condition(u.filtered, w, -s.velocity[i] - x[VELOCITY + i], last_variance(s, par))
+        h[VELOCITY + i] = 0.0
+    for i in range(SIZE):
+        u.error[i] = x[i]
 
 
 @compiled(inner=True)
@@ -511,7 +547,7 @@ def run(s, par, w, time, gyroscope, accelerometer, magnetometer, orientations, o
     time (N,), gyroscope, accelerometer, magnetometer (N, 3), the latter two NaN where there is no sample, or (0, 3).
     orientations: `SEEN` records (M,), in the order of their times, each used once the gyroscope has passed it; or None,
     for which nothing about them is compiled.
-    kept: `UPDATE` records for the smoother, or empty. Returns the number of updates.
+    kept: `UPDATE` records for the smoother, one for the end with them, or empty. Returns their number.
     """
     count = begin = seen = 0
     waiting = restart = -1
@@ -560,7 +596,10 @@ def run(s, par, w, time, gyroscope, accelerometer, magnetometer, orientations, o
             out.bias[t, i] = s.bias[i]
             out.bias_std[t, i] = math.sqrt(s.covariance[BIAS + i, BIAS + i])
         if s.phase > 0:
-            readout(s, par, out.mode[t], out.covariance[t], out.extra[t if smoothing else 0])
+            readout(s, par, out.mode[t], out.covariance[t], out.extra[t if smoothing else 0], not smoothing)
+    if count > 0 and kept.size > 0:
+        finish(s, par, w, size, kept, count)
+        count += 1
     return count
 
 
@@ -605,10 +644,13 @@ def smooth(kept, out):
     n = SIZE
     gain, factor, middle = np.empty((n, n)), np.empty((n, n)), np.empty((n, n))  # gain is Gᵀ
     before, after = np.zeros((count, n)), np.zeros((count, n))  # smoothed errors around each update
-    online = np.empty((count, 3, 3))
+    online = np.empty((count, 3, 3))  # as reported
     for e in range(count - 1, -1, -1):
         p = kept[e].filtered
-        online[e] = p[:3, :3]
+        root = math.sqrt(kept[e].level)
+        for i in range(3):
+            for j in range(3):
+                online[e, i, j] = (root if i < 2 else 1.0) * (root if j < 2 else 1.0) * p[i, j]
         before[e] = kept[e].error
         if e == count - 1 or kept[e + 1].restart >= 0:
             continue
@@ -638,7 +680,7 @@ def smooth(kept, out):
         for i in range(n):
             before[e, i] += after[e, i]
     e = -1
-    root = np.empty(3)
+    claimed, unclaimed = np.empty(3), np.empty(3)  # square roots of shares
     for t in range(out.mode.shape[0]):
         if math.isnan(out.mode[t, 0]):
             continue
@@ -663,10 +705,11 @@ def smooth(kept, out):
             out.bias[t, i] += left[BIAS + i] + share * (right[BIAS + i] - left[BIAS + i])
             out.bias_std[t, i] = math.sqrt(p[BIAS + i, BIAS + i])
             gained, most = online[here, i, i] - p[i, i], SHARED_LIMIT * p[i, i]
-            root[i] = math.sqrt(SHARED * (most / gained if gained > most else 1.0))
+            share2 = SHARED * (most / gained if gained > most else 1.0)
+            claimed[i], unclaimed[i] = math.sqrt(1.0 - share2), math.sqrt(share2)
         for i in range(3):
             for j in range(3):
-                shared = root[i] * root[j] * (online[here, i, j] - p[i, j])
-                out.covariance[t, i, j] = p[i, j] + shared + out.extra[t, i, j]
+                told = claimed[i] * claimed[j] * p[i, j] + unclaimed[i] * unclaimed[j] * online[here, i, j]
+                out.covariance[t, i, j] = told + out.extra[t, i, j]
             out.covariance[t, i, i] += bent * bent
         out.covariance[t, 2, 2] += out.unknown_heading[t]

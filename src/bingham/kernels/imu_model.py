@@ -14,7 +14,19 @@ import numpy as np
 from bingham.kernels.compile import compiled
 from bingham.kernels.quaternion import from_rotation_vector, product
 
-__all__ = ["SIZE", "STATE", "WORK", "begin", "condition", "copy", "correct", "predict", "rotation_matrix", "update"]
+__all__ = [
+    "SIZE",
+    "STATE",
+    "WORK",
+    "begin",
+    "condition",
+    "copy",
+    "correct",
+    "last_variance",
+    "predict",
+    "rotation_matrix",
+    "update",
+]
 
 THETA, VELOCITY, BIAS, FORCE_BIAS, SIZE = 0, 3, 5, 8, 11
 RECENT = 1024  # rates kept to recognise repeated blocks
@@ -43,10 +55,11 @@ STATE = np.dtype([
     # What was done about faults: samples rejected of gyroscope, accelerometer, magnetometer; rows of zeros; samples of
     # a clipping and of a frozen gyroscope, repeated ones; gaps; restarts; contradictions; orientations rejected.
     ("faults", "i8", 11),
-    # Motion: means over 0.5 s, s of quiet, rest; slow parts of force, swing and rate; variance of the velocity.
+    # Motion: means over 0.5 s, s of quiet, rest; slow parts of force, swing and rate; variance of the velocity's slow
+    # part and of all of it; tilt (θ₀, θ₁) that a velocity shows now, see `ending`.
     ("slow_rate", "f8", 3), ("slow_force", "f8", 3), ("force_deviation", "f8"), ("quiet_time", "f8"), ("resting", "i8"),
     ("rest_seen", "i8"), ("rest_refused", "f8"), ("mean_force", "f8", 3), ("swing", "f8", 3), ("slow_swing", "f8", 3),
-    ("swing_power", "f8"), ("slow_turn", "f8", 3),
+    ("swing_power", "f8"), ("speed_power", "f8"), ("slow_turn", "f8", 3), ("ending", "f8", (2, 2)),
     # Corrections of the tilt in standard deviations and the variance expected of their sum; what they say about noise
     # and reported variance.
     ("drift", "f8", 2), ("drift_expected", "f8"), ("noise", "f8"), ("level", "f8"), ("level_time", "f8"),
@@ -91,6 +104,7 @@ CORRELATION_TIME = 0.1  # s
 CORRELATION_TURN = 0.1  # rad
 SCALE_TIME = 1.0  # s
 SWING_TIME = 1.0  # s, correlation time of a velocity that can be mistaken for a tilt
+ACCELERATION_TIME = 0.15  # s, in which a body comes to its usual speed
 REST_SPEED = 0.003  # m/s
 FORGOTTEN_TIME = 0.5  # s without a force, after which nothing is known of the velocity
 WATCHED_TIME = 5.0  # s after an orientation, in which that and not rest shows the bias: a slow turn looks like rest
@@ -163,7 +177,7 @@ def begin(s, par, f):
     tilt2 = FIRST_TILT**2 + (excess / par.gravity) ** 2
     swing2 = FIRST_SWING**2 + (SWING_PERIOD * excess) ** 2
     heading = min(UNKNOWN, p[2, 2] + s.lost[2, 2])
-    swing2 = max(swing2, s.swing_power)
+    swing2 = max(swing2, s.speed_power)
     for i in range(BIAS):
         for j in range(SIZE):
             p[i, j] = 0.0
@@ -173,9 +187,9 @@ def begin(s, par, f):
         p[BIAS + i, BIAS + i] = min(p[BIAS + i, BIAS + i] + s.lost_bias, par.gyroscope_wide_bias**2)
         s.mean_force[i] = s.swing[i] = s.slow_swing[i] = 0.0
     for i in range(2):
-        p[VELOCITY + i, VELOCITY + i] = swing2
+        p[VELOCITY + i, VELOCITY + i] = 2.0 * swing2
         s.velocity[i] = 0.0
-    s.swing_power = swing2
+    s.swing_power = s.speed_power = swing2
     s.drift[:] = 0.0
     s.drift_expected = 0.0
     clear(s)
@@ -316,21 +330,23 @@ def correct(s, x):
 
 @compiled(inner=True)
 def speed_variance(s, par, dt):
-    """Track over dt seconds how fast the body swings about its mean velocity; return (m/s)² per axis.
+    """Track over dt seconds how fast the body swings about its mean velocity; return (m/s)² per axis of its slow part.
 
     The linear acceleration, freed of its mean (a tilt error looks like one), is integrated with a leak; what is left
     after smoothing over `SWING_TIME` is the part of the velocity slow enough to be mistaken for a tilt.
     """
     gain = min(1.0, dt / par.motion_window)
-    power = 0.0
+    slow = whole = 0.0
     for i in range(3):
         force = s.impulse[i] / dt
         s.mean_force[i] += gain * (force - s.mean_force[i])
         s.swing[i] += (force - s.mean_force[i]) * dt - gain * s.swing[i]
         s.slow_swing[i] += min(1.0, dt / SWING_TIME) * (s.swing[i] - s.slow_swing[i])
-        power += s.slow_swing[i] ** 2
+        slow += s.slow_swing[i] ** 2
+        whole += s.swing[i] ** 2
     if s.covariance[0, 0] + s.covariance[1, 1] < DOUBTFUL_TILT:  # else gravity is taken for motion
-        s.swing_power += gain * (min(power / 3.0, MAXIMAL_SPEED**2) - s.swing_power)
+        s.swing_power += gain * (min(slow / 3.0, MAXIMAL_SPEED**2) - s.swing_power)
+        s.speed_power += gain * (min(whole / 3.0, MAXIMAL_SPEED**2) - s.speed_power)
     return s.swing_power + par.slow_velocity**2
 
 
@@ -391,10 +407,16 @@ def update(s, par, w):
         span = s.force_time
         speed2 = speed_variance(s, par, span)
         tilt_consistency(s, par, speed2, span)
-        # A velocity of 0, give or take the typical speed, once in twice its correlation time; since the start it has
-        # not changed by more than the time allows.
-        variance = REST_SPEED**2 / span if at_rest else 2.0 * min(SWING_TIME, s.age) * speed2 / span
         w.moves[2] = 0.0  # an accelerometer knows nothing about heading
+        if not at_rest and s.clipped_time == 0.0:
+            # A mean acceleration of 0: what the velocity's variance allows if it changes as a random walk.
+            variance = last_variance(s, par) / (ACCELERATION_TIME * span)
+            for i in range(2):
+                h[1 - i] = par.gravity if i == 0 else -par.gravity
+                s.evidence += condition(p, w, -s.impulse[i] / span - h[1 - i] * x[1 - i], variance)
+                h[1 - i] = 0.0
+        # A velocity of 0, give or take the typical speed, once in twice its correlation time.
+        variance = (REST_SPEED**2 if at_rest else 2.0 * SWING_TIME * speed2) / span
         for i in range(2):
             h[VELOCITY + i] = 1.0
             s.evidence += condition(p, w, -s.velocity[i] - x[VELOCITY + i], variance)
@@ -414,12 +436,35 @@ def update(s, par, w):
     elif math.isnan(s.last[1]) or s.last[0] - s.last[1] > FORGOTTEN_TIME:
         forget_velocity(p, par)
     correct(s, x)
+    ending(s, par)
     scale_of_biases(s, par)
     keep = s.lost.copy()
     v, b = s.lost_velocity, s.lost_bias
     clear(s)
     copy(s.lost, keep)
     s.lost_velocity, s.lost_bias = v, b
+
+
+@compiled(inner=True)
+def last_variance(s, par):
+    """Return 2 σ² with the variance σ² of the velocity, (m/s)² per axis: see `ending`."""
+    return 2.0 * (s.speed_power + par.slow_velocity**2)
+
+
+@compiled(inner=True)
+def ending(s, par):
+    """Write P_θv (P_vv + 2 σ²)⁻¹, what a velocity now shows of the tilt.
+
+    An Ornstein-Uhlenbeck velocity has −log p = (v(0)² + v(T)²)/(4 σ²) + ∫(v²/τ + τ a²) dt/(4 σ²):
+    the last one is 0 ± √2 σ, for the present estimate only and not for those to come.
+    """
+    p = s.covariance
+    variance = last_variance(s, par)
+    a, b, d = p[3, 3] + variance, p[3, 4], p[4, 4] + variance
+    size = a * d - b * b
+    for i in range(2):
+        s.ending[i, 0] = (d * p[i, 3] - b * p[i, 4]) / size
+        s.ending[i, 1] = (a * p[i, 4] - b * p[i, 3]) / size
 
 
 @compiled(inner=True)
