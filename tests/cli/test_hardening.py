@@ -5,6 +5,7 @@ import shutil
 import signal
 import subprocess
 import sys
+import threading
 import time
 
 import pytest
@@ -227,8 +228,13 @@ def test_a_home_that_cannot_be_written_changes_nothing(imu, tmp_path):
     assert len(list((tmp_path / "out").iterdir())) == 2
 
 
+@pytest.mark.parametrize("twice", [False, True], ids=["", "and in what sees to that"])
 @pytest.mark.parametrize(("number", "raised"), [(signal.SIGTERM, Terminated), (signal.SIGINT, KeyboardInterrupt)])
-def test_a_signal_that_lands_in_a_destructor_is_not_lost(number, raised):
+def test_a_signal_that_lands_in_a_destructor_is_not_lost(number, raised, twice, monkeypatch):
+    if twice:
+        start = threading.Thread.start
+        monkeypatch.setattr(threading.Thread, "start", lambda self: (start(self), signal.raise_signal(number)))
+
     class Signalled:
         def __del__(self):
             signal.raise_signal(number)

@@ -6,8 +6,10 @@ import os
 import signal
 import sys
 import threading
+import time
 from collections.abc import Generator
 from contextlib import contextmanager
+from queue import SimpleQueue
 from types import FrameType
 from typing import Any
 
@@ -34,8 +36,15 @@ def ending_in_order() -> Generator[None]:
         yield
         return
     before: dict[int, Any] = {}
+    again: SimpleQueue[int] = SimpleQueue()  # may be used where a signal interrupts it
+    over = False
 
-    def end(number: int, _: FrameType | None) -> None:
+    def end(number: int, frame: FrameType | None) -> None:
+        while frame is not None:  # what is raised in the hook is dropped, too
+            if frame.f_code is dropped.__code__:
+                again.put(number)
+                return
+            frame = frame.f_back
         for each in before:
             signal.signal(each, signal.SIG_IGN)
         raise KeyboardInterrupt if number == signal.SIGINT else Terminated(number)
@@ -46,7 +55,15 @@ def ending_in_order() -> Generator[None]:
             return
         number = what.exc_value.number if isinstance(what.exc_value, Terminated) else signal.SIGINT
         signal.signal(number, end)
-        threading.Timer(0.01, os.kill, (os.getpid(), number)).start()
+        threading.Thread(target=send, daemon=True).start()
+        again.put(number)
+
+    def send() -> None:
+        for number in iter(again.get, None):
+            time.sleep(0.01)
+            if over:
+                return
+            os.kill(os.getpid(), number)
 
     for number in SIGNALS:
         if signal.getsignal(number) not in (signal.SIG_IGN, None):
@@ -55,6 +72,7 @@ def ending_in_order() -> Generator[None]:
     try:
         yield
     finally:
+        over = True
         sys.unraisablehook = hook
         for number, handler in before.items():
             if signal.getsignal(number) != signal.SIG_IGN:  # after the first one the process is about to end
