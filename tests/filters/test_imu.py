@@ -541,6 +541,19 @@ def test_a_start_in_motion_is_as_good_as_the_mean_of_the_force():
     assert np.all(own < 1.3 * reported)
 
 
+def test_a_start_that_points_down_is_made_again():
+    """Shaken by 22 m/s² up and down and 8 m/s² sideways, the first sample is 147° from up, its size that of gravity."""
+    t = np.arange(300) / 100
+    swing = np.cos(2 * np.pi * 3.0 * t)
+    force = GRAVITY + np.stack([-8.0 * swing, 3.0 * np.sin(9.0 * t), -22.0 * swing], axis=1)
+    r = ImuRecording("shaken", t, 1e-3 * np.random.default_rng(0).standard_normal((300, 3)), force)
+    run, smoothed = ImuFilter().run(r), ImuFilter().smooth(r)
+    told = [np.degrees(np.arccos(rotate(track.modes, [0.0, 0.0, 1.0])[:, 2])) for track in (run, smoothed)]
+    assert told[0][0] > 120.0 and told[0][60:].max() < 20.0 and told[0][200:].max() < 6.0
+    assert np.all(told[0][40:] < 3.0 * np.degrees(run.inclination_std[40:]))
+    assert told[1].max() < 10.0  # 36° where nothing but linear corrections are made
+
+
 def test_after_the_last_sample_smoothing_knows_no_more_than_filtering():
     r = part(simulate_imu(simulate_tumbling(30.0, 100.0, rng=3), rng=4), 500, 1777)  # it begins and ends in motion
     for given in (r, replace(r, magnetometer=None)):

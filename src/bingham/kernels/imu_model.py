@@ -60,6 +60,8 @@ STATE = np.dtype([
     ("slow_rate", "f8", 3), ("slow_force", "f8", 3), ("force_deviation", "f8"), ("quiet_time", "f8"), ("resting", "i8"),
     ("rest_seen", "i8"), ("rest_refused", "f8"), ("mean_force", "f8", 3), ("swing", "f8", 3), ("slow_swing", "f8", 3),
     ("swing_power", "f8"), ("speed_power", "f8"), ("slow_turn", "f8", 3), ("ending", "f8", (2, 2)),
+    # The age at the last start and ∫Rf dt since then, m/s, world: see `start_again`.
+    ("begun", "f8"), ("since_begun", "f8", 3),
     # Corrections of the tilt in standard deviations and the variance expected of their sum; what they say about noise
     # and reported variance.
     ("drift", "f8", 2), ("drift_expected", "f8"), ("noise", "f8"), ("level", "f8"), ("level_time", "f8"),
@@ -98,6 +100,8 @@ UNKNOWN = 20.0  # rad², the variance of an unknown angle: nothing is left of it
 # 0.16 m/s, and at 0.8 Hz, the slow end of human motion, as fast as its first acceleration says.
 FIRST_TILT = 0.1
 FIRST_SWING = 0.16
+START_TIME = (0.2, 1.0)  # s after a start in which the mean force may prove it to have been none
+NONLINEAR = 0.5  # rad, a tilt that no linear correction takes back
 SWING_PERIOD = 0.2  # s/rad
 # Scale errors that have changed sign after this (time, rotation angle) average out.
 CORRELATION_TIME = 0.1  # s
@@ -190,6 +194,8 @@ def begin(s, par, f):
         p[VELOCITY + i, VELOCITY + i] = 2.0 * swing2
         s.velocity[i] = 0.0
     s.swing_power = s.speed_power = swing2
+    s.begun = s.age
+    s.since_begun[:] = 0.0
     s.drift[:] = 0.0
     s.drift_expected = 0.0
     clear(s)
@@ -435,7 +441,10 @@ def update(s, par, w):
         watch(s, w, dt)
     elif math.isnan(s.last[1]) or s.last[0] - s.last[1] > FORGOTTEN_TIME:
         forget_velocity(p, par)
-    correct(s, x)
+    if s.age - s.begun < START_TIME[1]:
+        start_again(s, par, w)
+    else:
+        correct(s, x)
     ending(s, par)
     scale_of_biases(s, par)
     keep = s.lost.copy()
@@ -443,6 +452,51 @@ def update(s, par, w):
     clear(s)
     copy(s.lost, keep)
     s.lost_velocity, s.lost_bias = v, b
+
+
+@compiled(inner=True)
+def start_again(s, par, w):
+    """Correct the state; begin from the mean force since the start where that is too far from up to be corrected.
+
+    The mean errs by the change of velocity over g t: after some tenths of a second by less than its first sample. The
+    turn that this takes is written to w.error, as the smoother hands it back.
+    """
+    m, x, q, f, old = s.since_begun, w.error, s.orientation, w.residual, w.before
+    for i in range(4):
+        old[i] = q[i]
+    m[2] += par.gravity * s.force_time
+    for i in range(3):
+        m[i] += s.impulse[i]
+    correct(s, x)
+    a, b, c, d = from_rotation_vector(x[0], x[1], x[2])
+    turn(m, m, a, b, c, d)
+    size = math.sqrt(m[0] ** 2 + m[1] ** 2 + m[2] ** 2)
+    tilt = math.atan2(math.hypot(m[0], m[1]), m[2])
+    if tilt < NONLINEAR or s.age - s.begun < START_TIME[0]:
+        return
+    turn(f, m, q[0], -q[1], -q[2], -q[3])
+    begun, time = s.begun, s.age - s.begun
+    for i in range(3):
+        f[i] /= time
+    s.speed_power = max(s.speed_power, (SWING_PERIOD * par.gravity * tilt) ** 2)
+    if s.field_weight > 0.0:  # it has set the heading by the wrong vertical
+        s.lost[2, 2] += tilt * tilt
+    begin(s, par, f)
+    for i in range(2):
+        s.covariance[i, i] = min(1.0, s.covariance[i, i] + 2.0 * s.speed_power / (par.gravity * time) ** 2)
+    s.begun = begun
+    m[0], m[1], m[2] = 0.0, 0.0, size
+    a, b, c, d = product(q[0], q[1], q[2], q[3], old[0], -old[1], -old[2], -old[3])
+    sine = math.sqrt(b * b + c * c + d * d)
+    factor = math.copysign(2.0 * math.atan2(sine, abs(a)) / max(sine, 1e-12), a)
+    x[0], x[1], x[2] = factor * b, factor * c, factor * d
+
+
+@compiled(inline=True)
+def turn(out, v, a, b, c, d):
+    """Write v (3,) turned by the unit quaternion (a, b, c, d)."""
+    e, f, g, h = product(a, b, c, d, 0.0, v[0], v[1], v[2])
+    _, out[0], out[1], out[2] = product(e, f, g, h, a, -b, -c, -d)
 
 
 @compiled(inner=True)
