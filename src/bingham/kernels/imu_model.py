@@ -163,6 +163,17 @@ def rotate_left(q, x, y, z):
 
 
 @compiled(inner=True)
+def rotation_between(r, m, q):
+    """Write the first three of r with m = Exp(r) ⊗ q, |r| ≤ π."""
+    a, b, c, d = product(m[0], m[1], m[2], m[3], q[0], -q[1], -q[2], -q[3])
+    if a < 0.0:
+        a, b, c, d = -a, -b, -c, -d
+    sine = math.sqrt(b * b + c * c + d * d)
+    factor = 2.0 if sine < 1e-9 else 2.0 * math.atan2(sine, a) / sine
+    r[0], r[1], r[2] = factor * b, factor * c, factor * d
+
+
+@compiled(inner=True)
 def begin(s, par, f):
     """Start anew from the specific force f (3,): tilt from its direction, heading and biases as they are."""
     p = s.covariance
@@ -472,10 +483,10 @@ def start_again(s, par, w):
     turn(m, m, a, b, c, d)
     size = math.sqrt(m[0] ** 2 + m[1] ** 2 + m[2] ** 2)
     tilt = math.atan2(math.hypot(m[0], m[1]), m[2])
-    if tilt < NONLINEAR or s.age - s.begun < START_TIME[0]:
+    begun, time = s.begun, s.age - s.begun
+    if tilt < NONLINEAR or time < START_TIME[0] or size < 0.5 * par.gravity * time:  # a body that falls shows no up
         return
     turn(f, m, q[0], -q[1], -q[2], -q[3])
-    begun, time = s.begun, s.age - s.begun
     for i in range(3):
         f[i] /= time
     s.speed_power = max(s.speed_power, (SWING_PERIOD * par.gravity * tilt) ** 2)
@@ -486,10 +497,7 @@ def start_again(s, par, w):
         s.covariance[i, i] = min(1.0, s.covariance[i, i] + 2.0 * s.speed_power / (par.gravity * time) ** 2)
     s.begun = begun
     m[0], m[1], m[2] = 0.0, 0.0, size
-    a, b, c, d = product(q[0], q[1], q[2], q[3], old[0], -old[1], -old[2], -old[3])
-    sine = math.sqrt(b * b + c * c + d * d)
-    factor = math.copysign(2.0 * math.atan2(sine, abs(a)) / max(sine, 1e-12), a)
-    x[0], x[1], x[2] = factor * b, factor * c, factor * d
+    rotation_between(x, q, old)
 
 
 @compiled(inline=True)

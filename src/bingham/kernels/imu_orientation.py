@@ -19,6 +19,7 @@ from bingham.kernels.imu_model import (
     copy,
     correct,
     rotate_left,
+    rotation_between,
     rotation_matrix,
     update,
 )
@@ -152,17 +153,6 @@ def carry(s, lead):
 
 
 @compiled(inner=True)
-def residual(r, m, q):
-    """Write r (3,) with m = Exp(r) ⊗ q, |r| ≤ π."""
-    a, b, c, d = product(m[0], m[1], m[2], m[3], q[0], -q[1], -q[2], -q[3])
-    if a < 0.0:
-        a, b, c, d = -a, -b, -c, -d
-    sine = math.sqrt(b * b + c * c + d * d)
-    factor = 2.0 if sine < 1e-9 else 2.0 * math.atan2(sine, a) / sine
-    r[0], r[1], r[2] = factor * b, factor * c, factor * d
-
-
-@compiled(inner=True)
 def decompose(a):
     """Replace the lower triangle of a (3, 3), positive definite, by L and D of a = L D Lᵀ; L has a diagonal of ones."""
     for j in range(3):
@@ -201,7 +191,7 @@ def orient(s, par, w):
         vx, vy, cosine, sine = s.velocity[0], s.velocity[1], math.cos(shift), math.sin(shift)
         s.velocity[0], s.velocity[1] = cosine * vx - sine * vy, sine * vx + cosine * vy
         x[2] = -shift
-    residual(r, s.seen_orientation, s.orientation)
+    rotation_between(r, s.seen_orientation, s.orientation)
     # What is not known of the delay turns with the body.
     late2 = (DELAY_SHARE * par.gyroscope_delay) ** 2
     late2 *= (s.rate[0] - s.bias[0]) ** 2 + (s.rate[1] - s.bias[1]) ** 2 + (s.rate[2] - s.bias[2]) ** 2
