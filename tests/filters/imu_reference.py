@@ -11,8 +11,8 @@ from bingham.kernels import imu_model as model
 
 UP, turn = np.array([0.0, 0.0, 1.0]), Rotation.from_rotvec
 THETA, VELOCITY, BIAS, FORCE_BIAS = slice(0, 3), slice(3, 5), slice(5, 8), slice(8, 11)
-VECTORS = "v b a mean_force swing slow_swing slow_turn"
-STARTED = "unknown_heading swing_power speed_power bias_scale"
+VECTORS = "v b a mean_force swing slow_swing slow_turn last_field"
+STARTED = "unknown_heading swing_power speed_power bias_scale level"
 ZEROS = """drift_expected level_time surprise contradiction age quiet force_deviation rest_refused north up weight
     residual_mean residual_variance lost_bias resting rest_seen"""
 FALL, NO_HEADING = np.eye(11)[[1, 0]] * [[1.0], [-1.0]], np.where(np.arange(11) == 2, 0.0, 1.0)
@@ -23,12 +23,10 @@ class Reference:
         start = filter.start(force).record
         self.par, self.P = filter, start["covariance"]
         self.q = Rotation.from_quat(start["orientation"], scalar_first=True)
-        self.t, self.rate, self.slow_rate, self.force, self.slow_force = t, rate, rate, force, force
-        self.force_t, self.last_field = t, np.zeros(3)
+        self.t, self.force_t, self.rate, self.slow_rate, self.force, self.slow_force = t, t, rate, rate, force, force
         self.__dict__ |= {name: float(start[name]) for name in STARTED.split()}
         self.__dict__ |= dict.fromkeys(VECTORS.split(), np.zeros(3)) | dict.fromkeys(ZEROS.split(), 0.0)
-        self.turned, self.drift, self.ending = np.zeros((3, 3)), np.zeros(2), np.zeros((2, 2))
-        self.noise = self.level = 1.0
+        self.turned, self.drift, self.ending, self.noise = np.zeros((3, 3)), np.zeros(2), np.zeros((2, 2)), 1.0
         self.clear()
 
     def clear(self) -> None:
@@ -94,7 +92,7 @@ class Reference:
         at_rest = self.resting and self.rest_is_believed()
         if s.force_time > 0.0:
             speed2 = self.speed_variance()
-            ratio = 0.5 * np.sum(self.v[:2] ** 2 / (np.diag(self.P)[3:5] + speed2))
+            ratio = 0.5 * np.sum(self.v[:2] ** 2 / (np.diag(self.P)[3:5] + self.swing_power + par.slow_velocity**2))
             self.contradiction += min(1.0, s.force_time / model.CONTRADICTION_TIME) * (ratio - self.contradiction)
             variance = model.REST_SPEED**2 if at_rest else 2.0 * model.SWING_TIME * speed2
             seen = [(np.eye(11)[VELOCITY], self.v, variance)]
@@ -140,11 +138,13 @@ class Reference:
         self.swing = self.swing + (force - self.mean_force) * dt - gain * self.swing
         self.slow_swing = self.slow_swing + min(1.0, dt / model.SWING_TIME) * (self.swing - self.slow_swing)
         if self.P[0, 0] + self.P[1, 1] < model.DOUBTFUL_TILT:
-            for name, v in (("swing_power", self.slow_swing), ("speed_power", self.swing)):
-                power = min(v @ v / 3.0, model.MAXIMAL_SPEED**2)
-                self.__dict__[name] += gain * (power - self.__dict__[name])
-        self.last2 = 2.0 * (self.speed_power + self.par.slow_velocity**2)
-        return self.swing_power + self.par.slow_velocity**2
+            slow2, whole2 = (min(v @ v / 3.0, model.MAXIMAL_SPEED**2) for v in (self.slow_swing, self.swing))
+            self.swing_power += gain * (slow2 - self.swing_power)
+            self.speed_power += gain * (whole2 - self.speed_power)
+        fast = (self.age > self.par.motion_window) / model.FAST**4
+        slow, whole = (x + fast * x**3 for x in (self.swing_power, self.speed_power))
+        self.last2 = 2.0 * (whole + self.par.slow_velocity**2)
+        return slow + self.par.slow_velocity**2
 
     def watch(self, before, dt) -> None:
         leak, tilt = np.exp(-dt / model.DRIFT_TIME), before[0, 0] + before[1, 1]

@@ -554,6 +554,25 @@ def test_a_start_that_points_down_is_made_again():
     assert told[1].max() < 10.0  # 36° where nothing but linear corrections are made
 
 
+@pytest.mark.parametrize(("speed", "period"), [(8.0, 6.0), (9.0, 7.0)])
+def test_a_vehicle_that_flies_circles_is_no_gyroscope_at_fault(speed, period):
+    """Accelerations of 8 m/s² last for longer than a swing; taken for a fault they drag the vertical along by 10°."""
+    t = np.arange(4000) / 100
+    pace, turns = speed * np.clip((t - 5.0) / 5.0, 0.0, 1.0), 2 * np.pi * t / period
+    force = GRAVITY + np.gradient(np.stack([pace * np.cos(turns), pace * np.sin(turns), 0.0 * t], axis=1), t, axis=0)
+    rolls = [0.6 * np.sin(0.9 * t), 0.3 * np.sin(1.7 * t), 0.0 * t]
+    q = from_rotation_vector((t > 5.0)[:, None] * np.stack(rolls, axis=1))
+    rate = 100.0 * to_rotation_vector(compose(conjugate(q[:-1]), q[1:]))
+    noise = np.random.default_rng(0).standard_normal((2, 4000, 3)) * [[[0.003]], [[0.05]]]
+    r = ImuRecording("circles", t, np.vstack([rate[:1], rate]) + noise[0], rotate(conjugate(q), force) + noise[1])
+    up = rotate(conjugate(q), [0.0, 0.0, 1.0])
+    for track, most in ((ImuFilter().run(r), 4.5), (ImuFilter().smooth(r), 1.8)):
+        cosine = np.sum(up * rotate(conjugate(track.modes), [0.0, 0.0, 1.0]), axis=1)[1000:]
+        error = np.degrees(np.arccos(np.clip(cosine, -1.0, 1.0)))
+        assert np.sqrt(np.mean(error**2)) < most
+        assert np.all(error < 3.0 * np.degrees(track.inclination_std[1000:]))
+
+
 def test_after_the_last_sample_smoothing_knows_no_more_than_filtering():
     r = part(simulate_imu(simulate_tumbling(30.0, 100.0, rng=3), rng=4), 500, 1777)  # it begins and ends in motion
     for given in (r, replace(r, magnetometer=None)):

@@ -113,7 +113,8 @@ REST_SPEED = 0.003  # m/s
 FORGOTTEN_TIME = 0.5  # s without a force, after which nothing is known of the velocity
 WATCHED_TIME = 5.0  # s after an orientation, in which that and not rest shows the bias: a slow turn looks like rest
 DOUBTFUL_TILT = 0.05  # rad², variance of a tilt that says nothing about motion
-MAXIMAL_SPEED = 3.0  # m/s, largest typical speed that is believed
+MAXIMAL_SPEED = 3.0  # m/s, largest swing that is believed
+FAST = 1.7  # m/s, a swing beyond which a body also travels
 MAXIMAL_BIAS = 0.25  # rad/s; no gyroscope that is one has more
 MAXIMAL_FORCE_BIAS = 0.5  # m/s²
 BEYOND_PRIOR = 2.0  # deviations of its prior at which a bias says that the prior is too narrow
@@ -364,7 +365,16 @@ def speed_variance(s, par, dt):
     if s.covariance[0, 0] + s.covariance[1, 1] < DOUBTFUL_TILT:  # else gravity is taken for motion
         s.swing_power += gain * (min(slow / 3.0, MAXIMAL_SPEED**2) - s.swing_power)
         s.speed_power += gain * (min(whole / 3.0, MAXIMAL_SPEED**2) - s.speed_power)
-    return s.swing_power + par.slow_velocity**2
+    return travelling(s, par, s.swing_power) + par.slow_velocity**2
+
+
+@compiled(inline=True)
+def travelling(s, par, swing2):
+    """Return the variance of a velocity whose swing has the variance swing2: limbs swing, what is faster is a vehicle.
+
+    A vehicle turns for longer than `motion_window`, which shows of its speed only a part; before that it is a guess.
+    """
+    return swing2 * (1.0 + (swing2 / FAST**2) ** 2) if s.age - s.begun > par.motion_window else swing2
 
 
 @compiled(inner=True)
@@ -423,7 +433,7 @@ def update(s, par, w):
     if s.force_time > 0.0:
         span = s.force_time
         speed2 = speed_variance(s, par, span)
-        tilt_consistency(s, par, speed2, span)
+        tilt_consistency(s, par, s.swing_power + par.slow_velocity**2, span)
         w.moves[2] = 0.0  # an accelerometer knows nothing about heading
         if not at_rest and s.clipped_time == 0.0:
             # A mean acceleration of 0: what the velocity's variance allows if it changes as a random walk.
@@ -510,7 +520,7 @@ def turn(out, v, a, b, c, d):
 @compiled(inner=True)
 def last_variance(s, par):
     """Return 2 σ² with the variance σ² of the velocity, (m/s)² per axis: see `ending`."""
-    return 2.0 * (s.speed_power + par.slow_velocity**2)
+    return 2.0 * (travelling(s, par, s.speed_power) + par.slow_velocity**2)
 
 
 @compiled(inner=True)
