@@ -320,10 +320,11 @@ class ImuFilter:
             min(n, 2 + math.ceil(recording.duration_s / self.update_interval)) + 2 * len(seen) + 1 if smooth else 0
         )
         kept, out = np.zeros(updates, dtype=UPDATE), Estimates.blank(n, smooth=smooth)
+        work = np.zeros(1, dtype=WORK)[0]
         count = run_kernel(
             state.record,
             self.parameters,
-            np.zeros(1, dtype=WORK)[0],
+            work,
             _read_only(recording.time),
             _read_only(recording.gyroscope),
             _read_only(np.empty((0, 3)) if force is None else force),
@@ -336,7 +337,7 @@ class ImuFilter:
             # What came before could not learn from what came after: start with what was found to be true.
             return replace(self, gyroscope_bias=wider)._run(recording, prior, None, smooth=True)
         if smooth and count:
-            smooth_kernel(kept[:count], out)
+            smooth_kernel(state.record, self.parameters, work, kept[: count + 1], out)
         given = recording.orientations
         if given is not None and given.mounting_covariance is not None:
             turn = np.stack([rotate(out.mode, axis) for axis in np.eye(3)], axis=-1)

@@ -504,9 +504,9 @@ def report(s, w, row, begin, out, waiting, orientations, kept, count, restart):
 
 
 @compiled(inner=True)
-def finish(s, par, w, row, kept, count):
-    """Keep the end as one more update, in which the last velocity is 0 ± √2 σ (`imu_model.ending`)."""
-    u, h, x = kept[count], w.h, w.error
+def finish(s, par, w, u, row):
+    """Write the end as one more update u, in which the last velocity is 0 ± √2 σ (`imu_model.ending`)."""
+    h, x = w.h, w.error
     u.index, u.restart, u.level = row, -1, told_level(s)
     copy(u.predicted, s.covariance)
     copy(u.filtered, s.covariance)
@@ -547,7 +547,7 @@ def run(s, par, w, time, gyroscope, accelerometer, magnetometer, orientations, o
     time (N,), gyroscope, accelerometer, magnetometer (N, 3), the latter two NaN where there is no sample, or (0, 3).
     orientations: `SEEN` records (M,), in the order of their times, each used once the gyroscope has passed it; or None,
     for which nothing about them is compiled.
-    kept: `UPDATE` records for the smoother, one for the end with them, or empty. Returns their number.
+    kept: `UPDATE` records for the smoother, or empty. Returns the number of updates.
     """
     count = begin = seen = 0
     waiting = restart = -1
@@ -597,9 +597,6 @@ def run(s, par, w, time, gyroscope, accelerometer, magnetometer, orientations, o
             out.bias_std[t, i] = math.sqrt(s.covariance[BIAS + i, BIAS + i])
         if s.phase > 0:
             readout(s, par, out.mode[t], out.covariance[t], out.extra[t if smoothing else 0], not smoothing)
-    if count > 0 and kept.size > 0:
-        finish(s, par, w, size, kept, count)
-        count += 1
     return count
 
 
@@ -634,14 +631,15 @@ def solve(a, b):
 
 
 @compiled()
-def smooth(kept, out):
+def smooth(s, par, w, kept, out):
     """Condition every state on the whole recording, in place (Rauch, Tung & Striebel 1965).
 
-    G = P Fᵀ (P⁻)⁻¹, P_s = P + G (P_s⁺ − P⁻) Gᵀ, e_s = G (e_s⁺ + correction). kept: `UPDATE` records (E,), out: as
-    `run` leaves it. Across a restart nothing is handed back.
+    G = P Fᵀ (P⁻)⁻¹, P_s = P + G (P_s⁺ − P⁻) Gᵀ, e_s = G (e_s⁺ + correction). kept: `UPDATE` records (E,), the
+    last one free for the end; s and out: as `run` leaves them. Across a restart nothing is handed back.
     """
     count = kept.size
     n = SIZE
+    finish(s, par, w, kept[count - 1], out.mode.shape[0])
     gain, factor, middle = np.empty((n, n)), np.empty((n, n)), np.empty((n, n))  # gain is Gᵀ
     before, after = np.zeros((count, n)), np.zeros((count, n))  # smoothed errors around each update
     online = np.empty((count, 3, 3))  # as reported

@@ -510,7 +510,7 @@ def start_again(s, par, w):
     rotation_between(x, q, old)
 
 
-@compiled(inline=True)
+@compiled(inner=True)
 def turn(out, v, a, b, c, d):
     """Write v (3,) turned by the unit quaternion (a, b, c, d)."""
     e, f, g, h = product(a, b, c, d, 0.0, v[0], v[1], v[2])
