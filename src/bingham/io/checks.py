@@ -29,6 +29,7 @@ from bingham.recording import (
     as_seconds,
     doubts,
 )
+from bingham.rotations import align_signs
 
 __all__ = [
     "Place",
@@ -147,6 +148,21 @@ def damaged(path: Path, kind: str, error: Exception, hint: str = "copy or downlo
     return RecordingError(path, "", f"not a readable {kind} ({reason})", hint)
 
 
+def jitter(rows: NDArray[np.float64]) -> float:
+    """Return the scatter of unit vectors (n, d) in time, signs aside, rad: the median second difference over √6.
+
+    Independent errors of variance σ² have second differences of variance 6σ², a steady motion has none.
+    """
+    if len(rows) < 3:
+        return 0.0
+    return float(np.median(np.linalg.norm(np.diff(align_signs(rows), 2, axis=0), axis=1)) / np.sqrt(6.0))
+
+
+def narrowest(rows: NDArray[np.float64]) -> float:
+    """Return the scatter of unit vectors (n, d) along the axis where they have least, rad: √ of the least moment."""
+    return float(np.sqrt(max(np.linalg.eigvalsh(rows.T @ rows / max(len(rows), 1))[0], 0.0)))
+
+
 def normalised(
     path: Path,
     name: str,
@@ -154,7 +170,7 @@ def normalised(
     place: Place,
     *,
     rounding: float = SINGLE_ROUNDING,
-    scatter: Callable[[NDArray[np.float64]], float] | None = None,
+    scatter: Callable[[NDArray[np.float64]], float] = jitter,
 ) -> NDArray[np.float64]:
     """Return rows q/‖q‖ if |‖q‖ − 1| ≤ 2e-3; rows of NaN stay, rows exact to 1e-12 are left as they are.
 
@@ -186,28 +202,11 @@ def normalised(
         )
     rows = rows / norm[:, None]
     if largest > rounding:
-        spread = (scatter or jitter)(rows[np.isfinite(norm)])
+        spread = scatter(rows[np.isfinite(norm)])
         if largest > HARMLESS * spread:
             far = f"rows normalised; largest deviation from unit norm {largest:.2g} at {place(name, worst)}"
             note(path, f"{far}, where rows scatter by {spread:.2g} rad: rounding matters, export more decimals")
     return rows
-
-
-def jitter(rows: NDArray[np.float64]) -> float:
-    """Return the scatter of unit vectors (n, d) in time, signs aside, rad: the median second difference over √6.
-
-    Independent errors of variance σ² have second differences of variance 6σ², a steady motion has none.
-    """
-    if len(rows) < 3:
-        return 0.0
-    flips = np.where(np.einsum("ni,ni->n", rows[1:], rows[:-1]) < 0.0, -1.0, 1.0)
-    aligned = rows * np.concatenate([[1.0], np.cumprod(flips)])[:, None]
-    return float(np.median(np.linalg.norm(np.diff(aligned, 2, axis=0), axis=1)) / np.sqrt(6.0))
-
-
-def narrowest(rows: NDArray[np.float64]) -> float:
-    """Return the scatter of unit vectors (n, d) along the axis where they have least, rad: √ of the least moment."""
-    return float(np.sqrt(max(np.linalg.eigvalsh(rows.T @ rows / max(len(rows), 1))[0], 0.0)))
 
 
 def time_from_nanoseconds(stamps: NDArray[np.int64]) -> NDArray[np.float64]:
