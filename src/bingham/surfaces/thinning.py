@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
+from bingham.surfaces.normals import window_axes
 from bingham.surfaces.plane_fit import FINEST, WITHIN, Plane
 
 __all__ = ["labels_of_all", "searched_rows"]
@@ -47,10 +48,8 @@ def _on_lines(p: FloatArray) -> bool:
     """Whether the neighbours of many points lie on lines."""
     if len(p) < 50:
         return False
-    near: Any = KDTree(p).query(p[:: max(1, len(p) // 1000)], WINDOW)[1]
-    around = p[near] - p[near].mean(axis=1, keepdims=True)
-    values = np.linalg.eigvalsh(np.einsum("nki,nkj->nij", around, around))
-    return bool(np.mean(values[:, 1] < ON_LINE * values[:, 2]) > LINED)
+    variances = window_axes(p, KDTree(p), p[:: max(1, len(p) // 1000)], WINDOW)[0] ** 2
+    return bool(np.mean(variances[:, 1] < ON_LINE * variances[:, 2]) > LINED)
 
 
 def labels_of_all(
