@@ -11,7 +11,7 @@ from collections.abc import Callable
 from typing import Any
 
 import torch
-from torch import Tensor
+from torch import Tensor, library
 
 from bingham.distributions import matrices as on_cpu
 from bingham.distributions.normalizer import log_normalizer_derivatives, solve_moments
@@ -41,7 +41,7 @@ def _operator(shapes: Callable[..., tuple[Any, ...]]) -> Callable[[Callable[...,
     """Make a function of tensors one opaque operator for the compiler and leave it as it is otherwise."""
 
     def decorate(function: Callable[..., Any]) -> Callable[..., Any]:
-        operator = torch.library.custom_op(f"bingham::{function.__name__}", function, mutates_args=())
+        operator = library.custom_op(f"bingham::{function.__name__}", function, mutates_args=())
         operator.register_fake(lambda *a: _empty(shapes(*a), a[0]))
 
         @functools.wraps(function)
