@@ -316,10 +316,8 @@ class ImuFilter:
                 state.record["unknown_heading"] = 0.0
         before = state.faults
         n = recording.size
-        updates = (
-            min(n, 2 + math.ceil(recording.duration_s / self.update_interval)) + 2 * len(seen) + 1 if smooth else 0
-        )
-        kept, out = np.zeros(updates, dtype=UPDATE), Estimates.blank(n, smooth=smooth)
+        updates = min(n, 1 + math.ceil(recording.duration_s / self.update_interval)) + 2 * len(seen)
+        kept, out = np.zeros(updates + 1 if smooth else 0, dtype=UPDATE), Estimates.blank(n, smooth=smooth)
         work = np.zeros(1, dtype=WORK)[0]
         count = run_kernel(
             state.record,

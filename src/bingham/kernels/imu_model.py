@@ -433,7 +433,7 @@ def update(s, par, w):
     if s.force_time > 0.0:
         span = s.force_time
         speed2 = speed_variance(s, par, span)
-        tilt_consistency(s, par, s.swing_power + par.slow_velocity**2, span)
+        tilt_consistency(s, par, span)
         w.moves[2] = 0.0  # an accelerometer knows nothing about heading
         if not at_rest and s.clipped_time == 0.0:
             # A mean acceleration of 0: what the velocity's variance allows if it changes as a random walk.
@@ -462,10 +462,9 @@ def update(s, par, w):
         watch(s, w, dt)
     elif math.isnan(s.last[1]) or s.last[0] - s.last[1] > FORGOTTEN_TIME:
         forget_velocity(p, par)
+    correct(s, x)
     if s.age - s.begun < START_TIME[1]:
         start_again(s, par, w)
-    else:
-        correct(s, x)
     ending(s, par)
     scale_of_biases(s, par)
     keep = s.lost.copy()
@@ -477,18 +476,15 @@ def update(s, par, w):
 
 @compiled(inner=True)
 def start_again(s, par, w):
-    """Correct the state; begin from the mean force since the start where that is too far from up to be corrected.
+    """Begin from the mean force since the start where that is too far from up for linear corrections.
 
     The mean errs by the change of velocity over g t: after some tenths of a second by less than its first sample. The
-    turn that this takes is written to w.error, as the smoother hands it back.
+    turn that this takes is added to w.error, as the smoother hands it back.
     """
     m, x, q, f, old = s.since_begun, w.error, s.orientation, w.residual, w.before
-    for i in range(4):
-        old[i] = q[i]
     m[2] += par.gravity * s.force_time
     for i in range(3):
         m[i] += s.impulse[i]
-    correct(s, x)
     a, b, c, d = from_rotation_vector(x[0], x[1], x[2])
     turn(m, m, a, b, c, d)
     size = math.sqrt(m[0] ** 2 + m[1] ** 2 + m[2] ** 2)
@@ -496,6 +492,9 @@ def start_again(s, par, w):
     begun, time = s.begun, s.age - s.begun
     if tilt < NONLINEAR or time < START_TIME[0] or size < 0.5 * par.gravity * time:  # a body that falls shows no up
         return
+    for i in range(4):
+        old[i] = q[i]
+    rotate_left(old, -x[0], -x[1], -x[2])
     turn(f, m, q[0], -q[1], -q[2], -q[3])
     for i in range(3):
         f[i] /= time
@@ -568,10 +567,11 @@ def forget_velocity(p, par):
 
 
 @compiled(inner=True)
-def tilt_consistency(s, par, speed2, dt):
+def tilt_consistency(s, par, dt):
     """Widen the estimate where the horizontal velocity, for seconds, is none that tilt and usual motion explain."""
     p = s.covariance
-    ratio = 0.5 * (s.velocity[0] ** 2 / (p[3, 3] + speed2) + s.velocity[1] ** 2 / (p[4, 4] + speed2))
+    usual2 = s.swing_power + par.slow_velocity**2
+    ratio = 0.5 * (s.velocity[0] ** 2 / (p[3, 3] + usual2) + s.velocity[1] ** 2 / (p[4, 4] + usual2))
     s.contradiction += min(1.0, dt / CONTRADICTION_TIME) * (ratio - s.contradiction)
     if s.contradiction > LIMIT and s.age > 1.0:
         speed2 = s.velocity[0] ** 2 + s.velocity[1] ** 2
